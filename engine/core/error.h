@@ -1,0 +1,35 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace trilume {
+
+/// Whose fault it is; also the exit status of the command (contracts: 1 the run failed, 2 the command or an input is bad).
+enum class Fault { Run = 1, Input = 2 };
+
+/// The one error of the engine: WHAT went wrong, WHERE (file, prim, option, device), and WHAT TO DO.
+/// Printed as `trilume: error: WHAT: WHERE: what to do`. Each part is one line.
+class Error : public std::runtime_error {
+public:
+    Error(Fault fault, std::string what, std::string where, std::string hint);
+
+    Fault fault() const { return fault_; }
+    const std::string& problem() const { return problem_; }
+    const std::string& where() const { return where_; }
+    const std::string& hint() const { return hint_; }
+
+private:
+    Fault fault_;
+    std::string problem_, where_, hint_;
+};
+
+[[nodiscard]] inline Error inputError(std::string what, std::string where, std::string hint) {
+    return {Fault::Input, std::move(what), std::move(where), std::move(hint)};
+}
+[[nodiscard]] inline Error runError(std::string what, std::string where, std::string hint) {
+    return {Fault::Run, std::move(what), std::move(where), std::move(hint)};
+}
+
+} // namespace trilume

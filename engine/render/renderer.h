@@ -1,0 +1,99 @@
+#pragma once
+
+#include "gpu/device.h"
+#include "graph/graph.h"
+#include "plugin/registry.h"
+#include "scene/scene.h"
+
+#include <atomic>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace trilume {
+
+/// Owns the device and what is shared by all views of all scenes.
+struct EngineOptions {
+    gpu::DeviceOptions device;
+    gpu::Tracer tracer = gpu::Tracer::Auto;
+};
+
+struct NodeStats {
+    std::string name;
+    std::string state; ///< run, skipped, idle
+    std::string reason;
+    double ms = 0;
+};
+
+struct FrameStats {
+    double ms = 0;          ///< wall time of rendering, loading and pipeline creation excluded
+    uint32_t spp = 0;       ///< frames averaged
+    std::vector<NodeStats> nodes;
+    uint64_t rays = 0;
+    uint32_t blasBuilt = 0, blasRefit = 0, tlasBuilt = 0;
+    uint64_t nonfinite = 0; ///< pixels whose sample was not finite: dropped and counted
+    size_t memoryBytes = 0;
+    std::vector<std::string> unowned; ///< path classes without an owner
+};
+
+struct StartupStats {
+    double deviceMs = 0, loadMs = 0, pipelinesMs = 0, firstFrameMs = 0;
+};
+
+/// The device-side copy of one scene: meshes, BVHs, lights, materials, textures; follows changes only.
+class GpuScene;
+
+class Engine {
+public:
+    explicit Engine(const EngineOptions& options);
+    ~Engine();
+    Registry& registry();
+    gpu::Device& device();
+    gpu::Tracer tracer() const; ///< never Auto
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+    friend class View;
+};
+
+/// One camera's picture of one scene by one technique.
+class View {
+public:
+    /// `camera` as chooseCamera takes it.
+    View(Engine& engine, Scene& scene, uint32_t width, uint32_t height, std::string_view camera);
+    ~View();
+
+    void setTechnique(std::string_view name);
+    ParamSet& params();
+    void setNodeEnabled(std::string_view node, bool enabled);
+    void setSeed(uint64_t seed);
+    void setAovs(std::vector<std::string> names); ///< kept and averaged from the next frame on
+
+    /// Compiles the graph and the pipelines now rather than with the first frame. Returns milliseconds spent.
+    double prepare();
+
+    struct RenderOptions {
+        uint32_t spp = 1;
+        double seconds = 0; ///< above 0: in place of spp; at least one frame
+        uint32_t warmup = 0;
+        const std::atomic<bool>* cancel = nullptr;              ///< ends early, keeping what was averaged
+        std::function<void(double done)> progress;              ///< 0..1
+    };
+    /// Brings the device copy up to date with the scene, renders and averages. Linear RGBA, row 0 at the top.
+    ImageData render(const RenderOptions& options);
+    /// direct, indirect, caustic, emission, albedo, normal, depth, motion, variance; 3 channels (depth 1, motion 2).
+    /// Throws inputError when the technique doesn't produce it.
+    ImageData aov(std::string_view name);
+    const FrameStats& stats() const;
+    /// The compiled graph, as DOT or JSON.
+    std::string dumpGraph(bool json) const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace trilume

@@ -1,0 +1,97 @@
+#pragma once
+
+#include "ecs/world.h"
+#include "scene/components.h"
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace trilume {
+
+struct Bounds {
+    glm::dvec3 min{std::numeric_limits<double>::infinity()};
+    glm::dvec3 max{-std::numeric_limits<double>::infinity()};
+    bool empty() const { return !(min.x <= max.x); }
+    void grow(glm::dvec3 p) {
+        min = glm::min(min, p);
+        max = glm::max(max, p);
+    }
+    void grow(const Bounds& b) {
+        min = glm::min(min, b.min);
+        max = glm::max(max, b.max);
+    }
+    glm::dvec3 center() const { return 0.5 * (min + max); }
+    double radius() const { return empty() ? 0 : 0.5 * glm::length(max - min); }
+};
+
+/// What a stage says about how to render it; flags override.
+struct RenderSettings {
+    std::string camera;            ///< prim path; empty: none
+    uint32_t width = 0, height = 0; ///< 0: none
+};
+
+/// Re-reads what varies with time. Implemented by scene readers; held by the scene they filled.
+class SceneSource {
+public:
+    virtual ~SceneSource() = default;
+    /// Writes only components and assets whose value at `timeCode` differs from the present one.
+    virtual void setTime(double timeCode) = 0;
+};
+
+/// Entities with components, the assets that they name, and where time comes from. World space is Y up, in metres.
+class Scene {
+public:
+    World world;
+
+    MeshId addMesh(Mesh mesh);
+    MaterialId addMaterial(Material material);
+    TextureId addTexture(Texture texture);
+    const Mesh& mesh(MeshId id) const { return meshes_[static_cast<uint32_t>(id)]; }
+    const Material& material(MaterialId id) const { return materials_[static_cast<uint32_t>(id)]; }
+    const Texture& texture(TextureId id) const { return textures_[static_cast<uint32_t>(id)]; }
+    /// For writing; the caller says what changed by growing the revision fields.
+    Mesh& editMesh(MeshId id) { return meshes_[static_cast<uint32_t>(id)]; }
+    /// For writing; grows the revision.
+    Material& editMaterial(MaterialId id);
+    std::span<const Mesh> meshes() const { return meshes_; }
+    std::span<const Material> materials() const { return materials_; }
+    std::span<const Texture> textures() const { return textures_; }
+
+    /// Creates an entity with Name, LocalTransform, and Parent when given.
+    Entity createEntity(std::string path, glm::dmat4 parentFromLocal = glm::dmat4(1), Entity parent = {});
+
+    /// Derives WorldTransform and inherited visibility from what changed since the last call.
+    /// Also moves last frame's worldFromLocal into previousWorldFromLocal.
+    void updateTransforms();
+    /// False when the entity or an ancestor is hidden. Valid after updateTransforms.
+    bool isVisible(Entity entity) const;
+
+    /// World bounds of visible meshes, spheres and finite lights. Valid after updateTransforms.
+    Bounds bounds() const;
+
+    /// Moves the scene to `timeCode`; without a source it does nothing.
+    void setTime(double timeCode);
+
+    std::string path; ///< the file, for messages
+    std::optional<double> startTime, endTime; ///< time codes; absent when the stage has none
+    double timeCodesPerSecond = 24;
+    RenderSettings renderSettings;
+    std::unique_ptr<SceneSource> source;
+
+private:
+    std::vector<Mesh> meshes_;
+    std::vector<Material> materials_;
+    std::vector<Texture> textures_;
+    Tick transformsAt_ = 0;
+};
+
+/// The camera entity that `name` means (prim path or last path component); an empty name: the only camera, else the
+/// render settings'; no camera in the scene: one is created that frames the bounds.
+/// Throws inputError listing the cameras when the name is unknown or the choice is ambiguous.
+Entity chooseCamera(Scene& scene, std::string_view name);
+
+} // namespace trilume

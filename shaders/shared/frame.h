@@ -1,0 +1,50 @@
+// What changes from frame to frame, reachable from every pass by one address.
+#ifndef TL_SHARED_FRAME_H
+#define TL_SHARED_FRAME_H
+
+#include "shared/scene.h"
+#include "shared/types.h"
+
+TL_BEGIN
+
+// A thin-lens camera. Pixel (x, y), row 0 at the top, with film position (x, y) / (width, height) in [0,1]^2:
+// direction = filmCorner + x * filmU + y * filmV (at distance 1 along the optical axis, unnormalised).
+struct Camera {
+    vec3 position;
+    float lensRadius;     // metres; 0: pinhole
+    vec3 filmCorner;
+    float focusDistance;  // metres along the optical axis
+    vec3 filmU;
+    float nearClip;       // along the optical axis
+    vec3 filmV;
+    float farClip;
+    vec3 right;           // unit
+    float filmArea;       // of the film rectangle at distance 1, for importance
+    vec3 up;
+    float pixelAngle;     // radians across one pixel, for ray differentials
+    vec3 forward;
+    uint padding;
+};
+
+struct FrameConstants {
+    SceneTable scene;
+    Camera camera;
+    Camera previousCamera;
+    uint width;
+    uint height;
+    uint frameIndex;   // grows by one with each frame rendered; indexes sample sequences
+    uint sampleIndex;  // frames since averaging began
+    uint seed;
+    uint flags;
+    TL_REF(uint) counters; // kCounter*
+};
+
+TL_CONST uint kCounterRays = 0;      // 64 bits: low, high
+TL_CONST uint kCounterNonfinite = 2;
+TL_CONST uint kCounterCount = 16;
+
+TL_DECLARE_REF(FrameConstants)
+
+TL_END
+
+#endif

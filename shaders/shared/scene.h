@@ -1,0 +1,92 @@
+// The scene as every pass sees it. World space here is "render space": metres relative to SceneTable's origin, which the
+// host chose near the scene's centre so that single precision is spent on the scene and not on its distance from 0.
+#ifndef TL_SHARED_SCENE_H
+#define TL_SHARED_SCENE_H
+
+#include "shared/bvh.h"
+#include "shared/light.h"
+#include "shared/material.h"
+#include "shared/types.h"
+
+TL_BEGIN
+
+TL_CONST uint kNone = 0xffffffffu;
+
+// What an instance places. Shapes other than meshes are exact, of unit size in local space:
+// sphere: radius 1 at the origin; rect: [-1/2, 1/2]^2 in z = 0; disk: radius 1 in z = 0; cylinder: radius 1 about x,
+// x in [-1/2, 1/2], open ends. Front sides: rect and disk -z, sphere and cylinder outward.
+TL_CONST uint kShapeMesh = 0;
+TL_CONST uint kShapeSphere = 1;
+TL_CONST uint kShapeRect = 2;
+TL_CONST uint kShapeDisk = 3;
+TL_CONST uint kShapeCylinder = 4;
+
+// Which rays an instance answers.
+TL_CONST uint kMaskCamera = 1;
+TL_CONST uint kMaskShadow = 2;
+TL_CONST uint kMaskIndirect = 4;
+TL_CONST uint kMaskAll = 7;
+
+TL_CONST uint kInstanceFlips = 1; // worldFromLocal mirrors: counter-clockwise becomes clockwise
+
+struct Mesh {
+    TL_REF(BvhNode) nodes;
+    TL_REF(vec3) leafVertices;   // three per triangle, in the order of the leaves
+    TL_REF(uint) leafTriangles;  // leaf order to mesh order
+    TL_REF(uvec3) triangles;     // corner indices into positions
+    TL_REF(vec3) positions;
+    TL_REF(vec3) normals;        // per corner; null: flat
+    TL_REF(vec2) uvs;            // per corner; null: none
+    TL_REF(uint) subsets;        // per triangle; null: all 0
+    uint triangleCount;
+    uint flags;                  // kMeshHasNormals, kMeshHasUvs, kMeshHasSubsets
+};
+TL_CONST uint kMeshHasNormals = 1;
+TL_CONST uint kMeshHasUvs = 2;
+TL_CONST uint kMeshHasSubsets = 4;
+
+struct Instance {
+    mat4x3 localFromWorld;
+    mat4x3 worldFromLocal;
+    mat4x3 previousWorldFromLocal;
+    uint shape;          // kShape*
+    uint mesh;           // index into meshes; shapes: kNone
+    uint firstMaterial;  // into materialIndices, plus the triangle's subset
+    uint firstLight;     // light of triangle i of an emissive mesh: lightOfTriangle[firstLight + i]; of a shape: the light
+                         // itself; kNone: emits nothing
+    uint mask;
+    uint flags;
+};
+
+TL_DECLARE_REF(Mesh)
+TL_DECLARE_REF(Instance)
+
+// Scene-wide switches, so that kernels skip what no material and no light needs.
+TL_CONST uint kSceneCutouts = 1;     // some surface is cut out: shadow rays must look at opacity
+TL_CONST uint kSceneEnvironment = 2; // a dome light
+
+struct SceneTable {
+    TL_REF(BvhNode) topNodes;        // over instances
+    TL_REF(uint) topInstances;       // leaf order to instance
+    TL_REF(Instance) instances;
+    TL_REF(Mesh) meshes;
+    TL_REF(Material) materials;
+    TL_REF(TextureInput) textureInputs;
+    TL_REF(uint) materialIndices;
+    TL_REF(Light) lights;
+    TL_REF(AliasEntry) lightAlias;   // over lights, by power
+    TL_REF(uint) lightOfTriangle;    // kNone where a triangle of an emissive instance emits nothing
+    TL_REF(Distribution) distributions;
+    uint instanceCount;
+    uint lightCount;
+    uint environmentLight;           // index of the dome, or kNone
+    uint flags;
+    vec3 boundsCenter;
+    float boundsRadius;              // of everything finite; 0: empty
+};
+
+TL_DECLARE_REF(SceneTable)
+
+TL_END
+
+#endif
