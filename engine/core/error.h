@@ -6,11 +6,13 @@
 
 namespace trilume {
 
-/// Whose fault it is; also the exit status of the command (contracts: 1 the run failed, 2 the command or an input is bad).
+/// Whose fault it is; also the exit status of the command (contracts: 1 the run failed, 2 the command or an input is
+/// bad).
 enum class Fault { Run = 1, Input = 2 };
 
 /// The one error of the engine: WHAT went wrong, WHERE (file, prim, option, device), and WHAT TO DO.
-/// Printed as `trilume: error: WHAT: WHERE: what to do`. Each part is one line.
+/// Printed as `trilume: error: WHAT: WHERE: what to do`. Each part is one line: line breaks become spaces; what() joins
+/// the parts that are not empty.
 class Error : public std::runtime_error {
 public:
     Error(Fault fault, std::string what, std::string where, std::string hint);
@@ -21,6 +23,11 @@ public:
     const std::string& hint() const { return hint_; }
 
 private:
+    struct Parts {
+        std::string what, where, hint;
+    };
+    Error(Fault fault, Parts parts);
+
     Fault fault_;
     std::string problem_, where_, hint_;
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <span>
@@ -19,6 +20,9 @@ std::string readTextFile(const std::filesystem::path& path);
 void writeFileAtomically(const std::filesystem::path& path,
                          const std::function<void(const std::filesystem::path& temporary)>& write);
 void writeFileAtomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
+
+/// Throws the inputError that writeFileAtomically would, before the work whose result it is to hold.
+void checkWritable(const std::filesystem::path& path);
 
 /// Where the installation's shaders, techniques and plugins stand, found from the place of the engine library itself,
 /// so that an installed package can be moved. TRILUME_HOME overrides. Layout: <home>/share/trilume/shaders,
