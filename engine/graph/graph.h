@@ -16,10 +16,10 @@ namespace trilume::graph {
 /// Light paths, light to eye, by the regular expression of Heckbert; see algorithms.md. Each belongs to one class, each
 /// class to one enabled node.
 enum class PathClass : uint32_t {
-    Emission,  ///< L S* E
-    Direct,    ///< L D S* E
-    Caustic,   ///< L S+ D S* E
-    Indirect,  ///< two or more D
+    Emission, ///< L S* E
+    Direct,   ///< L D S* E
+    Caustic,  ///< L S+ D S* E
+    Indirect, ///< two or more D
     Count
 };
 const char* pathClassName(PathClass c);
@@ -44,17 +44,17 @@ struct History {
 
 /// What a node can tell about the scene without rendering it; kept up to date from changes.
 struct SceneFacts {
-    uint32_t lights = 0;            ///< sampled lights, emissive triangles included
-    uint32_t specularCasters = 0;   ///< instances whose material has a lobe below the roughness threshold
+    uint32_t lights = 0;          ///< sampled lights, emissive triangles included
+    uint32_t specularCasters = 0; ///< instances whose material has a lobe below the roughness threshold
     uint32_t instances = 0;
-    uint32_t dynamicInstances = 0;  ///< moved or deformed since last frame
+    uint32_t dynamicInstances = 0; ///< moved or deformed since last frame
     uint32_t changedLights = 0;
-    bool environment = false;       ///< a dome light
-    bool diffuseAlbedo = false;     ///< some material reflects diffusely
-    bool transparent = false;       ///< some material transmits or is cut out
+    bool environment = false;   ///< a dome light
+    bool diffuseAlbedo = false; ///< some material reflects diffusely
+    bool transparent = false;   ///< some material transmits or is cut out
     bool textured = false;
     bool cameraMoved = false;
-    bool sceneChanged = false;      ///< anything at all since last frame
+    bool sceneChanged = false; ///< anything at all since last frame
 };
 
 /// A node's answer to "are you needed here?"; the reason shows in the stats and the editor.
@@ -116,8 +116,9 @@ struct FrameContext {
     const Resources& resources;
     const ParamSet& params;
     const SceneFacts& facts;
-    VkDeviceAddress frame = 0;  ///< FrameConstants (shaders/shared/frame.h)
+    VkDeviceAddress frame = 0; ///< FrameConstants (shaders/shared/frame.h)
     uint32_t width = 0, height = 0;
+    uint32_t sampleIndex = 0;   ///< frames since averaging began: 0 restarts the sums
     /// Compiled on first use and kept; defines of the tracer backend and specialisation are added by the renderer.
     std::function<const gpu::Pipeline&(const gpu::ShaderSource&)> pipeline;
 };
