@@ -35,12 +35,15 @@ struct FrameConstants {
     uint frameIndex;   // grows by one with each frame rendered; indexes sample sequences
     uint sampleIndex;  // frames since averaging began
     uint seed;
-    uint flags;
+    uint flags;        // kFrame*
     TL_REF(uint) counters; // kCounter*
 };
 
-TL_CONST uint kCounterRays = 0;      // 64 bits: low, high
-TL_CONST uint kCounterNonfinite = 2;
+TL_CONST uint kFrameSobol = 1;          // sampler.sequence = sobol
+TL_CONST uint kFrameUncompensated = 2;  // light.selection = uncompensated
+
+TL_CONST uint kCounterRays = 0;
+TL_CONST uint kCounterNonfinite = 1;    // pixels whose sample was not finite
 TL_CONST uint kCounterCount = 16;
 
 TL_DECLARE_REF(FrameConstants)

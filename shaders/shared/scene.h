@@ -61,10 +61,6 @@ struct Instance {
 TL_DECLARE_REF(Mesh)
 TL_DECLARE_REF(Instance)
 
-// Scene-wide switches, so that kernels skip what no material and no light needs.
-TL_CONST uint kSceneCutouts = 1;     // some surface is cut out: shadow rays must look at opacity
-TL_CONST uint kSceneEnvironment = 2; // a dome light
-
 struct SceneTable {
     TL_REF(BvhNode) topNodes;        // over instances
     TL_REF(uint) topInstances;       // leaf order to instance
@@ -79,10 +75,10 @@ struct SceneTable {
     TL_REF(Distribution) distributions;
     uint instanceCount;
     uint lightCount;
-    uint environmentLight;           // index of the dome, or kNone
-    uint flags;
+    uint infiniteLightCount;         // lights at infinity (dome, distant) stand first in `lights`
     vec3 boundsCenter;
     float boundsRadius;              // of everything finite; 0: empty
+    uint padding;                    // to a multiple of 8 bytes: C++ and scalar layout then agree on what follows
 };
 
 TL_DECLARE_REF(SceneTable)

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "graph/graph.h"
+
+namespace trilume {
+
+/// Camera rays, followed through delta lobes; see README.md. Creates
+/// `visibility.points` (shared::VisiblePoint), `visibility.emission` (vec3) and, when an AOV or a denoiser wants them,
+/// `visibility.albedo` (vec3), `.normal` (vec3, world), `.depth` (float, metres), `.motion` (vec2, pixels).
+class VisibilityNode final : public graph::Node {
+public:
+    void declare(graph::Builder& builder) override;
+    void execute(graph::FrameContext& context) override;
+
+private:
+    graph::Plane points_, emission_, albedo_, normal_, depth_, motion_;
+};
+
+} // namespace trilume

@@ -1,0 +1,23 @@
+// Adds one plane to its running sum; samples that are not finite count as 0.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+#include "lib/math.glsl"
+#include "shared/passes.h"
+
+layout(push_constant, scalar) uniform Push { AccumulatePush push; };
+
+#include "scene/pass.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+void main() {
+    const uvec2 pixel = gl_GlobalInvocationID.xy;
+    if (!insideView(pixel)) return;
+    const uint first = pixelIndex(pixel) * push.channels;
+    for (uint i = first; i < first + push.channels; ++i) {
+        const float value = push.value.v[i];
+        const float sum = push.restart == 0u ? push.previous.v[i] : 0.0;
+        push.sum.v[i] = isFinite(value) ? sum + value : sum;
+    }
+}

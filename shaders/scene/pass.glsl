@@ -1,0 +1,23 @@
+// What every per-pixel pass begins and ends with.
+#ifndef TL_SCENE_PASS_GLSL
+#define TL_SCENE_PASS_GLSL
+
+#extension GL_KHR_shader_subgroup_arithmetic : require
+
+#include "lib/rng.glsl"
+#include "scene/bindings.glsl"
+
+bool insideView(uvec2 pixel) { return pixel.x < TL_FRAME.width && pixel.y < TL_FRAME.height; }
+uint pixelIndex(uvec2 pixel) { return pixel.y * TL_FRAME.width + pixel.x; }
+
+Sampler pixelSampler(uvec2 pixel) {
+    const uint kind = (TL_FRAME.flags & kFrameSobol) != 0u ? kSamplerSobol : kSamplerIndependent;
+    return samplerInit(pixel, TL_FRAME.frameIndex, TL_FRAME.seed, kind);
+}
+
+void countRays(uint rays) {
+    const uint sum = subgroupAdd(rays);
+    if (subgroupElect()) atomicAdd(TL_FRAME.counters.v[kCounterRays], sum);
+}
+
+#endif

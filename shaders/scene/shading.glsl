@@ -1,0 +1,55 @@
+// A surface ready to be shaded: its frame, its BSDF, and which directions it may send light to.
+#ifndef TL_SCENE_SHADING_GLSL
+#define TL_SCENE_SHADING_GLSL
+
+#include "scene/lights.glsl"
+#include "scene/visible.glsl"
+
+struct Shading {
+    Surface surface;
+    vec3 wo;        // unit, world space
+    mat3 frame;     // columns: tangent, bitangent, normal; the normal is on the side of wo
+    Bsdf bsdf;
+    vec3 woLocal;
+};
+
+Shading prepareShading(Surface s, vec3 wo, float footprint) {
+    Shading shading;
+    shading.surface = s;
+    shading.wo = wo;
+    const Material m = TL_SCENE.materials.v[s.material];
+    shading.frame = basisAround(facingNormal(m, s, wo, footprint));
+    shading.woLocal = wo * shading.frame;
+    shading.bsdf = bsdfPrepare(loadBsdfParams(m, s, footprint), shading.woLocal, dot(wo, s.geometricNormal) > 0.0);
+    return shading;
+}
+
+// Interpolated normals must not let light through the true surface: reflected directions stay on wo's side of it,
+// refracted ones cross it.
+bool crossesRightly(Shading shading, vec3 wi, bool transmitted) {
+    const bool sameSide = dot(wi, shading.surface.geometricNormal) * dot(shading.wo, shading.surface.geometricNormal) > 0.0;
+    return sameSide != transmitted;
+}
+
+// f |cos| for a world direction; 0 for delta lobes. pdfSolidAngle is that of BSDF sampling.
+vec3 evalBsdf(Shading shading, vec3 wi, out float pdfSolidAngle) {
+    const vec3 wiLocal = wi * shading.frame;
+    const vec3 f = bsdfEval(shading.bsdf, shading.woLocal, wiLocal, pdfSolidAngle);
+    return crossesRightly(shading, wi, wiLocal.z < 0.0) ? f : vec3(0.0);
+}
+
+// Direct light by one light sample, f L / pdf with visibility. `weighted`: times the power heuristic's weight against
+// BSDF sampling.
+vec3 sampledDirectLight(Shading shading, bool weighted, inout Sampler rng) {
+    const DirectSample d = sampleDirect(shading.surface.position, sample3D(rng));
+    if (!(d.pdfSolidAngle > 0.0)) return vec3(0.0);
+    float pdfBsdf;
+    const vec3 f = evalBsdf(shading, d.wi, pdfBsdf);
+    const float weight = weighted && !d.delta ? powerHeuristic(d.pdfSolidAngle, pdfBsdf) : 1.0;
+    const float pdf = (TL_FRAME.flags & kFrameUncompensated) != 0u ? uncompensatedPdf(d) : d.pdfSolidAngle;
+    const vec3 contribution = f * d.radiance * (weight / pdf);
+    if (!(maxComponent(contribution) > 0.0)) return vec3(0.0);
+    return contribution * visibility(shading.surface, d.wi, d.distance);
+}
+
+#endif
