@@ -1,4 +1,4 @@
-// The node of both levels of the compute tracer's BVH.
+// The node and the leaf of the compute tracer's BVH, for both levels.
 #ifndef TL_SHARED_BVH_H
 #define TL_SHARED_BVH_H
 
@@ -6,20 +6,46 @@
 
 TL_BEGIN
 
-// Binary; a node holds both children's boxes, so one fetch decides both. A child is inner when its count is 0: `index` is
-// a node; else a leaf of `count` primitives from `index` on, in leaf order.
+// Four children with boxes quantised to 8 bits inside the node's own box (after Ylitie, Karras, Laine 2017, with four
+// children instead of eight): child c spans origin + scale * [low[c], high[c]] per axis, where scale = 2^(e - 127) and e is
+// the axis' byte of `exponents`. Boxes only ever grow by the rounding. Unused children are empty leaves.
 struct BvhNode {
-    vec3 leftMin;
-    uint leftIndex;
-    vec3 leftMax;
-    uint leftCount;
-    vec3 rightMin;
-    uint rightIndex;
-    vec3 rightMax;
-    uint rightCount;
+    vec3 origin;
+    uint exponents;   // bytes 0, 1, 2: biased exponents of x, y, z
+    uint children[4]; // kBvhLeaf* below; inner: index of a node
+    uint lowX;        // byte c: child c
+    uint lowY;
+    uint lowZ;
+    uint highX;
+    uint highY;
+    uint highZ;
+    uint padding0;
+    uint padding1;
+};
+
+// A child with kBvhLeafBit holds `count` primitives in the bits of kBvhLeafCountMask, the first one in those of kBvhLeafFirstMask.
+TL_CONST uint kBvhLeafBit = 0x80000000u;
+TL_CONST uint kBvhLeafCountShift = 27;
+TL_CONST uint kBvhLeafCountMask = 0xfu;
+TL_CONST uint kBvhLeafFirstMask = 0x07ffffffu;
+TL_CONST uint kBvhEmpty = kBvhLeafBit;
+
+// Inner levels that the builder never exceeds, and the stack that follows: each level leaves at most three siblings
+// behind, and entering an instance leaves one mark.
+TL_CONST uint kBvhTopDepth = 11;
+TL_CONST uint kBvhMeshDepth = 20;
+TL_CONST uint kBvhStackSize = 3 * (kBvhTopDepth + kBvhMeshDepth) + 1;
+
+// A triangle as the tracer reads it, in the order of the leaves.
+struct LeafTriangle {
+    vec3 corner0;
+    vec3 corner1;
+    vec3 corner2;
+    uint triangle; // index in mesh order
 };
 
 TL_DECLARE_REF(BvhNode)
+TL_DECLARE_REF(LeafTriangle)
 
 TL_END
 
