@@ -11,7 +11,7 @@ struct Aov {
     std::string_view name;
     std::string_view suffix; ///< of the planes summed into it
     uint32_t channels;
-    bool guide;              ///< of the first surface, by the visibility node, rather than light
+    bool guide; ///< of the first surface, by the visibility node, rather than light
 };
 
 /// Bit i of the parameter `view.aovs` asks for entry i. `variance` comes from the sums and needs no plane.

@@ -36,7 +36,7 @@ using Plane = Handle<struct PlaneTag>;   ///< one element per pixel of the view,
 using Buffer = Handle<struct BufferTag>; ///< a number of bytes
 
 /// A pair that swaps each frame. `previous` is what `current` was last frame; not to be read unless valid then
-/// (Resources::historyValid).
+/// (Resources::historyValid). Its creator need not declare the read; other nodes find it as `name.previous` and do.
 template<class H>
 struct History {
     H current, previous;
@@ -76,7 +76,8 @@ public:
     [[nodiscard]] virtual History<Plane> historyPlane(std::string_view name, uint32_t bytesPerPixel) = 0;
     [[nodiscard]] virtual History<Buffer> historyBuffer(std::string_view name, size_t bytes) = 0;
 
-    /// The latest version of a resource that an earlier node made; a null handle when there is none.
+    /// The latest version of a resource that an earlier node made; a null handle when there is none, which a node may
+    /// take as "do without": reading or writing it is an error.
     virtual Plane findPlane(std::string_view name) const = 0;
     virtual Buffer findBuffer(std::string_view name) const = 0;
     virtual void read(Plane plane) = 0;
@@ -102,10 +103,11 @@ public:
 class Resources {
 public:
     virtual ~Resources() = default;
+    /// 0 for a null handle, so that shaders can test for an optional input. Throws runError for what was not declared.
     virtual VkDeviceAddress address(Plane plane) const = 0;
     virtual VkDeviceAddress address(Buffer buffer) const = 0;
-    /// Whether `previous` of a history pair holds last frame's data: not on the first frame, after a resize, a reset,
-    /// or a frame in which the node did not run.
+    /// Whether `previous` of a history pair holds last frame's data: not on the first frame, after a resize (planes;
+    /// buffers when their size changed), a reset, or a frame in which the node did not run.
     virtual bool historyValid(Plane previous) const = 0;
     virtual bool historyValid(Buffer previous) const = 0;
 };
@@ -118,7 +120,7 @@ struct FrameContext {
     const SceneFacts& facts;
     VkDeviceAddress frame = 0; ///< FrameConstants (shaders/shared/frame.h)
     uint32_t width = 0, height = 0;
-    uint32_t sampleIndex = 0;   ///< frames since averaging began: 0 restarts the sums
+    uint32_t sampleIndex = 0; ///< frames since averaging began: 0 restarts the sums
     /// Compiled on first use and kept; defines of the tracer backend and specialisation are added by the renderer.
     std::function<const gpu::Pipeline&(const gpu::ShaderSource&)> pipeline;
 };
