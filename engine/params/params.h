@@ -18,13 +18,13 @@ enum class ParamCost { Dynamic, Specialization, Structural };
 
 /// One row per parameter. It drives `--set`, editor sliders, the C API, Python, presets and benchmark sweeps.
 struct ParamRow {
-    std::string name;             ///< `node.param`, camelCase after the dot
-    ParamValue defaultValue;      ///< its alternative is the parameter's type
-    double minimum = 0;           ///< numbers only; inclusive
-    double maximum = 0;           ///< numbers only; inclusive
+    std::string name;                 ///< `node.param`, camelCase after the dot
+    ParamValue defaultValue;          ///< its alternative is the parameter's type
+    double minimum = 0;               ///< numbers only; inclusive
+    double maximum = 0;               ///< numbers only; inclusive
     std::vector<std::string> choices; ///< non-empty: an enumeration, the value is one of these
-    std::string unit;             ///< "" when none
-    std::string doc;              ///< one sentence; names the bias that a value brings, if any
+    std::string unit;                 ///< "" when none
+    std::string doc;                  ///< one sentence; names the bias that a value brings, if any
     ParamCost cost = ParamCost::Dynamic;
     bool resetsHistory = false;
 };
@@ -47,8 +47,8 @@ class ParamSet {
 public:
     explicit ParamSet(const ParamTable& table) : table_(&table) {}
 
-    /// Parses `text` by the row's type. Throws inputError naming the parameter, its range or choices,
-    /// and for an unknown name the nearest known one.
+    /// Parses `text` by the row's type (bool: 0 1 false true off on no yes). Throws inputError naming the parameter,
+    /// its range or choices, and for an unknown name the nearest known one.
     void set(std::string_view name, std::string_view text);
     /// As set, but lower in precedence: what a technique brings.
     void setDefault(std::string_view name, std::string_view text);
@@ -63,17 +63,21 @@ public:
     std::string getText(std::string_view name) const;
 
     const ParamTable& table() const { return *table_; }
-    /// Grow by one with each change of a value of that cost.
+    /// Grow by one with each change of an effective value: of any row, of a structural row, of a row that resets
+    /// history.
     uint64_t revision() const { return revision_; }
     uint64_t structuralRevision() const { return structuralRevision_; }
     uint64_t historyRevision() const { return historyRevision_; }
 
 private:
+    using Values = std::map<std::string, ParamValue, std::less<>>;
+
     const ParamValue& value(std::string_view name) const;
-    void store(std::map<std::string, ParamValue, std::less<>>& values, std::string_view name, std::string_view text);
+    void store(Values& values, std::string_view name, std::string_view text);
+    void noteChange(const ParamRow& row, const ParamValue& before);
 
     const ParamTable* table_;
-    std::map<std::string, ParamValue, std::less<>> defaults_, values_;
+    Values defaults_, values_;
     uint64_t revision_ = 0, structuralRevision_ = 0, historyRevision_ = 0;
 };
 

@@ -18,7 +18,7 @@ enum class TextureId : uint32_t { None = ~0u };
 
 /// Triangles, in the local space of whoever instances them. Scene units are metres after loading.
 struct Mesh {
-    std::string name;                     ///< prim path, for messages
+    std::string name; ///< prim path, for messages
     std::vector<glm::vec3> positions;
     std::vector<glm::uvec3> triangles;    ///< indices into positions; counter-clockwise seen from the front
     std::vector<glm::vec3> normals;       ///< per corner (3 per triangle) or empty: flat
@@ -36,8 +36,8 @@ enum class Wrap { Repeat, Clamp, Mirror, Black };
 struct Texture {
     std::string name; ///< file path, for messages
     uint32_t width = 0, height = 0;
-    std::vector<uint8_t> rgba8;   ///< either this, sRGB- or linear-encoded by `srgb`
-    std::vector<float> rgba32f;   ///< or this, linear
+    std::vector<uint8_t> rgba8; ///< either this, sRGB- or linear-encoded by `srgb`
+    std::vector<float> rgba32f; ///< or this, linear
     bool srgb = false;
     Wrap wrapS = Wrap::Repeat, wrapT = Wrap::Repeat;
     uint64_t revision = 1;
@@ -46,7 +46,7 @@ struct Texture {
 /// How a material input reads a texture: value = texel * scale + bias, at st = uvTransform * (s, t, 1).
 struct TextureInput {
     TextureId texture = TextureId::None;
-    int channel = -1;                 ///< -1: rgb; 0..3: one channel
+    int channel = -1; ///< -1: rgb; 0..3: one channel
     glm::vec4 scale{1}, bias{0};
     glm::mat3x2 uvTransform{1, 0, 0, 1, 0, 0}; ///< columns: du, dv, offset
 };
@@ -59,16 +59,16 @@ struct Material {
     glm::vec3 baseColor{0.18f};
     float metallic = 0;
     float roughness = 0.5f;
-    float ior = 1.5f;                 ///< 1 with metallic 0: no specular lobe
-    float specular = 1;               ///< weight of the dielectric specular lobe (standard_surface `specular`)
-    glm::vec3 specularColor{1};       ///< tint of the dielectric F0; in the specular workflow F0 itself
-    bool specularWorkflow = false;    ///< UsdPreviewSurface useSpecularWorkflow = 1: F0 = specularColor, metallic ignored
-    float transmission = 0;           ///< share of the base that refracts (dielectric), tinted by transmissionColor
+    float ior = 1.5f;              ///< 1 with metallic 0: no specular lobe
+    float specular = 1;            ///< weight of the dielectric specular lobe (standard_surface `specular`)
+    glm::vec3 specularColor{1};    ///< tint of the dielectric F0; in the specular workflow F0 itself
+    bool specularWorkflow = false; ///< UsdPreviewSurface useSpecularWorkflow = 1: F0 = specularColor, metallic ignored
+    float transmission = 0;        ///< share of the base that refracts (dielectric), tinted by transmissionColor
     glm::vec3 transmissionColor{1};
     float clearcoat = 0, clearcoatRoughness = 0.01f, clearcoatIor = 1.5f;
     glm::vec3 emission{0};
-    float opacity = 1;                ///< presence (cut-out); dielectrics carry 1 here and use `transmission`
-    float opacityThreshold = 0;       ///< above 0: opacity below it is cut out, else fully present
+    float opacity = 1;          ///< presence (cut-out); dielectrics carry 1 here and use `transmission`
+    float opacityThreshold = 0; ///< above 0: opacity below it is cut out, else fully present
     TextureInput baseColorMap, metallicMap, roughnessMap, emissionMap, opacityMap, normalMap, specularColorMap,
         clearcoatMap, clearcoatRoughnessMap, transmissionMap;
     uint64_t revision = 1;
@@ -89,7 +89,7 @@ struct LocalTransform {
     glm::dmat4 parentFromLocal{1};
 };
 
-/// Derived by Hierarchy::update from LocalTransform and Parent, with last frame's value for motion.
+/// Derived by Scene::updateTransforms from LocalTransform and Parent, with last frame's value for motion.
 struct WorldTransform {
     glm::dmat4 worldFromLocal{1};
     glm::dmat4 previousWorldFromLocal{1};
@@ -98,8 +98,14 @@ struct WorldTransform {
 /// Absent: visible. Inherited by children.
 struct Visibility {
     bool visible = true;
-    bool camera = true;  ///< seen by primary rays
-    bool shadow = true;  ///< blocks light
+    bool camera = true; ///< seen by primary rays
+    bool shadow = true; ///< blocks light
+};
+
+/// Derived by Scene::updateTransforms for every entity with a LocalTransform: its own Visibility and its ancestors'.
+struct InheritedVisibility {
+    bool visible = true, camera = true, shadow = true;
+    bool operator==(const InheritedVisibility&) const = default;
 };
 
 struct MeshInstance {
@@ -132,12 +138,12 @@ struct Light {
 };
 
 struct Camera {
-    float verticalAperture = 15.2908f, horizontalAperture = 20.955f; ///< mm
-    float horizontalOffset = 0, verticalOffset = 0;                 ///< mm
-    float focalLength = 50;                                         ///< mm
+    float verticalAperture = 15.2908f, horizontalAperture = 20.955f;      ///< mm
+    float horizontalOffset = 0, verticalOffset = 0;                       ///< mm
+    float focalLength = 50;                                               ///< mm
     float nearClip = 0, farClip = std::numeric_limits<float>::infinity(); ///< metres
-    float fStop = 0;          ///< 0: pinhole
-    float focusDistance = 0;  ///< metres
+    float fStop = 0;                                                      ///< 0: pinhole
+    float focusDistance = 0;                                              ///< metres
 };
 
 } // namespace trilume

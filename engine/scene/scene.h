@@ -2,12 +2,15 @@
 
 #include "ecs/world.h"
 #include "scene/components.h"
+#include "scene/hierarchy.h"
 
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace trilume {
@@ -30,7 +33,7 @@ struct Bounds {
 
 /// What a stage says about how to render it; flags override.
 struct RenderSettings {
-    std::string camera;            ///< prim path; empty: none
+    std::string camera;             ///< prim path; empty: none
     uint32_t width = 0, height = 0; ///< 0: none
 };
 
@@ -64,34 +67,42 @@ public:
     /// Creates an entity with Name, LocalTransform, and Parent when given.
     Entity createEntity(std::string path, glm::dmat4 parentFromLocal = glm::dmat4(1), Entity parent = {});
 
-    /// Derives WorldTransform and inherited visibility from what changed since the last call.
-    /// Also moves last frame's worldFromLocal into previousWorldFromLocal.
-    void updateTransforms();
+    /// Derives WorldTransform and InheritedVisibility from what changed since the last call, once per frame: last
+    /// frame's worldFromLocal moves into previousWorldFromLocal. Returns the number of entities visited.
+    size_t updateTransforms() { return hierarchy_.update(world); }
     /// False when the entity or an ancestor is hidden. Valid after updateTransforms.
     bool isVisible(Entity entity) const;
 
-    /// World bounds of visible meshes, spheres and finite lights. Valid after updateTransforms.
+    /// World bounds of visible meshes, spheres and finite lights; points that are not finite don't count. Meshes
+    /// contribute the box around their transformed local box. Valid after updateTransforms.
     Bounds bounds() const;
 
     /// Moves the scene to `timeCode`; without a source it does nothing.
     void setTime(double timeCode);
 
-    std::string path; ///< the file, for messages
+    std::string path;                         ///< the file, for messages
     std::optional<double> startTime, endTime; ///< time codes; absent when the stage has none
     double timeCodesPerSecond = 24;
     RenderSettings renderSettings;
     std::unique_ptr<SceneSource> source;
 
 private:
+    struct LocalBounds {
+        uint64_t pointsRevision = 0;
+        Bounds bounds;
+    };
+    const Bounds& localBounds(MeshId id) const;
+
     std::vector<Mesh> meshes_;
     std::vector<Material> materials_;
     std::vector<Texture> textures_;
-    Tick transformsAt_ = 0;
+    Hierarchy hierarchy_;
+    mutable std::vector<LocalBounds> localBounds_; ///< by mesh; found once per revision of its points
 };
 
 /// The camera entity that `name` means (prim path or last path component); an empty name: the only camera, else the
-/// render settings'; no camera in the scene: one is created that frames the bounds.
-/// Throws inputError listing the cameras when the name is unknown or the choice is ambiguous.
+/// render settings', else one is created that looks along -Z and frames the bounds, said in one log line.
+/// Throws inputError listing the cameras when the name is unknown or means several.
 Entity chooseCamera(Scene& scene, std::string_view name);
 
 } // namespace trilume
