@@ -16,7 +16,7 @@ namespace trilume::gpu {
 enum class Tracer { Auto, Compute, Query };
 
 struct DeviceInfo {
-    uint32_t index = 0; ///< in the order of vkEnumeratePhysicalDevices
+    uint32_t index = 0;             ///< in the order of vkEnumeratePhysicalDevices
     std::string name, driver, type; ///< type: discrete, integrated, virtual, cpu, other
     bool rayQuery = false;
     std::string missing; ///< the first required feature that is absent; empty: usable
@@ -24,7 +24,9 @@ struct DeviceInfo {
 
 struct DeviceOptions {
     std::string device = "auto"; ///< auto (discrete, integrated, virtual, cpu), an index, or part of a name
-    bool validation = false;     ///< validation with synchronisation validation; messages are counted and logged
+    bool validation = false;     ///< validation with synchronisation validation; messages are counted and logged.
+                                 ///< TRILUME_VALIDATION=1 in the environment turns it on as well
+    size_t memoryLimit = 0;      ///< bytes of device memory to take at most; 0: what the device has
 };
 
 /// What the instance sees. Never throws for a machine without a driver: the list is empty.
@@ -97,9 +99,10 @@ private:
 
 /// What to compile: an entry file below the shader root, with macro definitions.
 struct ShaderSource {
-    std::string path;                                          ///< e.g. "passes/pathtrace/pathtrace.comp"
+    std::string path; ///< e.g. "passes/pathtrace/pathtrace.comp"
     std::vector<std::pair<std::string, std::string>> defines;
-    std::vector<uint32_t> specialization;                      ///< constant_id i has value specialization[i]
+    std::vector<uint32_t> specialization; ///< constant_id i has value specialization[i]
+    std::string text;                     ///< GLSL in place of the file's; `path` then only names it in messages
 };
 
 class Device;
@@ -182,16 +185,19 @@ public:
     Submission submit(const std::function<void(Commands&)>& record);
     void wait(Submission submission);
     void waitIdle();
-    /// Milliseconds at each slot written by the submission, relative to slot 0. Valid after wait and until two more
-    /// submissions were made.
+    /// Milliseconds at each slot up to the last one written by the submission, relative to slot 0; a slot not written
+    /// repeats the one before. Valid after wait and until two more submissions were made.
     std::vector<double> timestamps(Submission submission) const;
 
-    /// The TLAS that ray-query pipelines see (set 1, binding 0).
+    /// The TLAS that ray-query pipelines see (set 1, binding 0), from the next submission's first such dispatch on.
     void setTopLevel(VkAccelerationStructureKHR topLevel);
 
-    size_t memoryInUse() const;           ///< bytes of live buffers and images
-    uint32_t validationMessages() const;  ///< warnings and errors so far; 0 without validation
-    void savePipelineCache();             ///< also done by the destructor
+    /// Calls `destroy` once every submission that was made, or is being recorded, has completed.
+    void destroyLater(std::function<void()> destroy);
+
+    size_t memoryInUse() const;          ///< bytes of live buffers and images
+    uint32_t validationMessages() const; ///< warnings and errors so far; 0 without validation
+    void savePipelineCache();            ///< also done by the destructor
 
     struct Impl;
     Impl& impl() { return *impl_; }

@@ -1,0 +1,97 @@
+#pragma once
+
+#include "gpu/adapter.h"
+#include "gpu/bindless_table.h"
+#include "gpu/frame_ring.h"
+#include "gpu/memory.h"
+#include "gpu/pipeline_library.h"
+#include "gpu/upload_queue.h"
+
+#include <deque>
+
+namespace trilume::gpu {
+
+/// Owns the VkDevice, so that members declared after it can let go of their handles first.
+struct LogicalDevice {
+    explicit LogicalDevice(const Adapter& adapter) : handle(createLogicalDevice(adapter)) {
+        vkGetDeviceQueue(handle, adapter.queueFamily, 0, &queue);
+    }
+    ~LogicalDevice() { vkDestroyDevice(handle, nullptr); }
+    LogicalDevice(const LogicalDevice&) = delete;
+    LogicalDevice& operator=(const LogicalDevice&) = delete;
+
+    VkDevice handle = VK_NULL_HANDLE;
+    VkQueue queue = VK_NULL_HANDLE;
+};
+
+struct Device::Impl {
+    explicit Impl(const DeviceOptions& options);
+    ~Impl();
+
+    /// Calls `destroy` once the device is done with everything recorded so far.
+    void retire(std::function<void()> destroy);
+    /// Runs what is due.
+    void collectGarbage();
+    /// Memory for `requirements`, waiting for retired memory when there is no other; throws runError naming `what`.
+    Allocation allocate(const VkMemoryRequirements& requirements, Memory memory, MemoryAllocator::Kind kind,
+                        std::string_view what, uint64_t bytes);
+    Submission submit(Device& device, const std::function<void(Commands&)>& record);
+    /// Makes sure that queued uploads are on their way.
+    void flush(Device& device);
+
+    Instance instance;
+    Adapter adapter;
+    LogicalDevice device;
+    MemoryAllocator memory;
+    BindlessTable bindless;
+    PipelineLibrary pipelines;
+    FrameRing frames;
+
+    struct Garbage {
+        uint64_t value;
+        std::function<void()> destroy;
+    };
+    std::deque<Garbage> garbage;
+    std::optional<UploadQueue> uploads; ///< made by the Device, whose buffers it uses
+    bool recording = false;
+    VkAccelerationStructureKHR topLevel = VK_NULL_HANDLE;
+};
+
+struct Buffer::Impl {
+    Device::Impl& device;
+    VkBuffer handle = VK_NULL_HANDLE;
+    Allocation memory;
+
+    explicit Impl(Device::Impl& owner) : device(owner) {}
+    ~Impl();
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+};
+
+struct Image::Impl {
+    Device::Impl& device;
+    VkImage handle = VK_NULL_HANDLE;
+    VkImageView view = VK_NULL_HANDLE;
+    Allocation memory;
+    uint32_t index = BindlessTable::kNone;
+
+    explicit Impl(Device::Impl& owner) : device(owner) {}
+    ~Impl();
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+};
+
+struct Pipeline::Impl {
+    Device::Impl& device;
+    VkPipeline handle = VK_NULL_HANDLE;
+    uint32_t localSize[3] = {1, 1, 1};
+    bool usesTopLevel = false;
+    std::string name; ///< for messages
+
+    explicit Impl(Device::Impl& owner) : device(owner) {}
+    ~Impl();
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+};
+
+} // namespace trilume::gpu

@@ -1,0 +1,28 @@
+#include "gpu/device_impl.h"
+#include "gpu/shader_compiler.h"
+
+#include <algorithm>
+
+namespace trilume::gpu {
+
+Pipeline::Pipeline(Pipeline&&) noexcept = default;
+Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
+Pipeline::~Pipeline() = default;
+
+Pipeline::Impl::~Impl() {
+    if (handle)
+        device.retire([owner = &device, handle = handle] { vkDestroyPipeline(owner->device.handle, handle, nullptr); });
+}
+
+Pipeline Device::createPipeline(const ShaderSource& source) {
+    const ShaderModule module = compileShader(source);
+    Pipeline pipeline;
+    pipeline.impl_ = std::make_unique<Pipeline::Impl>(*impl_);
+    pipeline.impl_->name = source.path;
+    pipeline.impl_->usesTopLevel = module.usesTopLevel;
+    std::ranges::copy(module.localSize, pipeline.impl_->localSize);
+    pipeline.impl_->handle = impl_->pipelines.create(module, source);
+    return pipeline;
+}
+
+} // namespace trilume::gpu

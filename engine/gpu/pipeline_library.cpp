@@ -1,0 +1,121 @@
+#include "gpu/pipeline_library.h"
+
+#include "core/clock.h"
+#include "core/file.h"
+#include "core/log.h"
+#include "gpu/cache_file.h"
+#include "gpu/result.h"
+#include "gpu/shader_compiler.h"
+
+#include <algorithm>
+
+namespace trilume::gpu {
+namespace {
+
+constexpr uint32_t kMaximumPushBytes = 256;
+
+/// Pipelines of another device or driver build are of no use: their entry gets another name and key.
+uint64_t cacheKey(const Adapter& adapter) {
+    const uint32_t ids[] = {adapter.properties.vendorID, adapter.properties.deviceID, adapter.properties.driverVersion};
+    uint64_t key = hashBytes(std::as_bytes(std::span(ids)));
+    key = hashBytes(std::as_bytes(std::span(adapter.driverUuid)), key);
+    return hashBytes(std::as_bytes(std::span(adapter.properties.pipelineCacheUUID)), key);
+}
+
+std::string cacheName(const Adapter& adapter) { return fmt::format("pipelines/{:016x}.bin", cacheKey(adapter)); }
+
+} // namespace
+
+PipelineLibrary::PipelineLibrary(const Adapter& adapter, VkDevice device, VkDescriptorSetLayout bindless)
+    : adapter_(adapter), device_(device),
+      pushBytes_(std::min(adapter.properties.limits.maxPushConstantsSize, kMaximumPushBytes)) {
+    plainLayout_ = createLayout({bindless});
+    if (adapter.info.rayQuery) {
+        const VkDescriptorSetLayoutBinding binding{0, VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1,
+                                                   VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
+        VkDescriptorSetLayoutCreateInfo set{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO};
+        set.bindingCount = 1;
+        set.pBindings = &binding;
+        check(vkCreateDescriptorSetLayout(device, &set, nullptr, &topLevelSetLayout_), "vkCreateDescriptorSetLayout");
+        topLevelLayout_ = createLayout({bindless, topLevelSetLayout_});
+    }
+    cache_ = load();
+}
+
+PipelineLibrary::~PipelineLibrary() {
+    save();
+    vkDestroyPipelineCache(device_, cache_, nullptr);
+    vkDestroyPipelineLayout(device_, topLevelLayout_, nullptr);
+    vkDestroyPipelineLayout(device_, plainLayout_, nullptr);
+    vkDestroyDescriptorSetLayout(device_, topLevelSetLayout_, nullptr);
+}
+
+VkPipelineLayout PipelineLibrary::createLayout(std::vector<VkDescriptorSetLayout> sets) const {
+    const VkPushConstantRange push{VK_SHADER_STAGE_COMPUTE_BIT, 0, pushBytes_};
+    VkPipelineLayoutCreateInfo info{VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO};
+    info.setLayoutCount = static_cast<uint32_t>(sets.size());
+    info.pSetLayouts = sets.data();
+    info.pushConstantRangeCount = 1;
+    info.pPushConstantRanges = &push;
+    VkPipelineLayout layout = VK_NULL_HANDLE;
+    check(vkCreatePipelineLayout(device_, &info, nullptr, &layout), "vkCreatePipelineLayout");
+    return layout;
+}
+
+VkPipelineCache PipelineLibrary::load() const {
+    const auto bytes = readCacheFile(cacheName(adapter_), cacheKey(adapter_));
+    VkPipelineCacheCreateInfo info{VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO};
+    if (bytes) {
+        info.initialDataSize = bytes->size();
+        info.pInitialData = bytes->data();
+    }
+    VkPipelineCache cache = VK_NULL_HANDLE;
+    check(vkCreatePipelineCache(device_, &info, nullptr, &cache), "vkCreatePipelineCache");
+    return cache;
+}
+
+void PipelineLibrary::save() {
+    if (!changed_) return;
+    changed_ = false;
+    const VkPipelineCache onDisk = load();
+    vkMergePipelineCaches(device_, cache_, 1, &onDisk);
+    vkDestroyPipelineCache(device_, onDisk, nullptr);
+
+    size_t size = 0;
+    if (vkGetPipelineCacheData(device_, cache_, &size, nullptr) != VK_SUCCESS) return;
+    std::vector<std::byte> bytes(size);
+    if (vkGetPipelineCacheData(device_, cache_, &size, bytes.data()) != VK_SUCCESS) return;
+    writeCacheFile(cacheName(adapter_), cacheKey(adapter_), std::span(bytes).first(size));
+}
+
+VkPipeline PipelineLibrary::create(const ShaderModule& module, const ShaderSource& source) {
+    VkShaderModuleCreateInfo shader{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
+    shader.codeSize = module.spirv.size() * sizeof(uint32_t);
+    shader.pCode = module.spirv.data();
+    VkShaderModule shaderModule = VK_NULL_HANDLE;
+    check(vkCreateShaderModule(device_, &shader, nullptr, &shaderModule), "vkCreateShaderModule");
+
+    std::vector<VkSpecializationMapEntry> entries;
+    for (uint32_t i = 0; i < source.specialization.size(); ++i)
+        entries.push_back({i, i * static_cast<uint32_t>(sizeof(uint32_t)), sizeof(uint32_t)});
+    const VkSpecializationInfo specialization{static_cast<uint32_t>(entries.size()), entries.data(),
+                                              entries.size() * sizeof(uint32_t), source.specialization.data()};
+    VkComputePipelineCreateInfo info{VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
+    info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
+    info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
+    info.stage.module = shaderModule;
+    info.stage.pName = "main";
+    info.stage.pSpecializationInfo = entries.empty() ? nullptr : &specialization;
+    info.layout = layout(module.usesTopLevel);
+
+    const Stopwatch watch;
+    VkPipeline pipeline = VK_NULL_HANDLE;
+    const VkResult result = vkCreateComputePipelines(device_, cache_, 1, &info, nullptr, &pipeline);
+    vkDestroyShaderModule(device_, shaderModule, nullptr);
+    check(result, "vkCreateComputePipelines for " + source.path);
+    log::debug("pipeline {}: {:.1f} ms", source.path, watch.ms());
+    changed_ = true;
+    return pipeline;
+}
+
+} // namespace trilume::gpu
