@@ -24,6 +24,7 @@ void checkRange(const Buffer& buffer, size_t offset, size_t bytes, const char* o
 
 } // namespace
 
+Buffer::Buffer() = default;
 Buffer::Buffer(Buffer&& other) noexcept
     : impl_(std::move(other.impl_)), address_(std::exchange(other.address_, 0)), size_(std::exchange(other.size_, 0)),
       mapped_(std::exchange(other.mapped_, nullptr)) {}

@@ -38,7 +38,7 @@ enum class Memory { Device, Upload, Readback };
 /// Movable; frees itself, after the device has finished with it (deferred by submission).
 class Buffer {
 public:
-    Buffer() = default;
+    Buffer();
     Buffer(Buffer&&) noexcept;
     Buffer& operator=(Buffer&&) noexcept;
     ~Buffer();
@@ -62,7 +62,7 @@ private:
 /// A sampled 2D image in the bindless table.
 class Image {
 public:
-    Image() = default;
+    Image();
     Image(Image&&) noexcept;
     Image& operator=(Image&&) noexcept;
     ~Image();
@@ -84,7 +84,7 @@ struct SamplerMode {
 /// A compute pipeline: one push-constant block, set 0 the bindless table (and, with ray queries, set 1 the TLAS).
 class Pipeline {
 public:
-    Pipeline() = default;
+    Pipeline();
     Pipeline(Pipeline&&) noexcept;
     Pipeline& operator=(Pipeline&&) noexcept;
     ~Pipeline();

@@ -8,6 +8,7 @@
 
 namespace trilume::gpu {
 
+Image::Image() = default;
 Image::Image(Image&&) noexcept = default;
 Image& Image::operator=(Image&&) noexcept = default;
 Image::~Image() = default;

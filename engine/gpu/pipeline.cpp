@@ -5,6 +5,7 @@
 
 namespace trilume::gpu {
 
+Pipeline::Pipeline() = default;
 Pipeline::Pipeline(Pipeline&&) noexcept = default;
 Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
 Pipeline::~Pipeline() = default;
