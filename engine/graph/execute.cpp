@@ -107,6 +107,7 @@ void GraphExecutor::record(gpu::Commands& commands, const FrameInput& input) {
                          .frame = input.frame,
                          .width = graph_.width,
                          .height = graph_.height,
+                         .sampleIndex = input.sampleIndex,
                          .pipeline = input.pipeline};
 
     // Orders this frame behind the last one, which used the same memory, and behind uploads.

@@ -14,6 +14,7 @@ struct FrameInput {
     const ParamSet& params;
     const SceneFacts& facts;
     VkDeviceAddress frame = 0;
+    uint32_t sampleIndex = 0;
     std::function<const gpu::Pipeline&(const gpu::ShaderSource&)> pipeline;
     uint32_t firstTimestamp = 0; ///< slots firstTimestamp .. firstTimestamp + passes that run are written
 };

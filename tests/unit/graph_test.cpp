@@ -466,13 +466,17 @@ TEST(Arena, RandomBlocksNeverOverlapWhileAlive) {
     }
 }
 
+std::string numbered(unsigned n, std::string_view suffix = "") {
+    return std::string("n").append(std::to_string(n)).append(suffix);
+}
+
 /// A random technique: each node makes a plane, reads some and modifies some of what there is.
 FakeGraph randomGraph(std::mt19937& random) {
     FakeGraph graph;
     const unsigned count = 2 + random() % 12;
     for (unsigned n = 0; n < count; ++n) {
         const unsigned seed = random();
-        graph.node("n" + std::to_string(n), [n, seed](Builder& b) {
+        graph.node(numbered(n), [n, seed](Builder& b) {
             std::mt19937 choose(seed);
             for (const Plane p : b.findPlanes(".x")) {
                 if (choose() % 3 == 0)
@@ -480,15 +484,15 @@ FakeGraph randomGraph(std::mt19937& random) {
                 else if (choose() % 6 == 0)
                     (void)b.write(p);
             }
-            (void)b.createPlane("n" + std::to_string(n) + ".x", 4 << (choose() % 3));
+            (void)b.createPlane(numbered(n, ".x"), 4 << (choose() % 3));
             if (choose() % 4 == 0) {
-                const History<Plane> h = b.historyPlane("n" + std::to_string(n) + ".h", 4);
+                const History<Plane> h = b.historyPlane(numbered(n, ".h"), 4);
                 b.read(h.previous);
             }
             if (choose() % 8 == 0) b.sideEffect();
         });
     }
-    return graph.output("n" + std::to_string(count - 1) + ".x");
+    return graph.output(numbered(count - 1, ".x"));
 }
 
 /// Two accesses conflict when they touch the same bytes and one writes.
