@@ -193,7 +193,7 @@ def short_block(stage, x=0.5, z=0.2):
 def cornell_empty():
     stage = Stage("cornell_empty", "A Cornell box with nothing in it but a lamp below the ceiling.")
     cornell(stage)
-    stage.panel("/World/Lamp", (0, CEILING, 0), 0.8, 0.5, 15)
+    stage.panel("/World/Lamp", (0, CEILING, 0), 0.8, 0.5, 24)
     return stage
 
 
@@ -202,7 +202,7 @@ def cornell_big_light():
     cornell(stage)
     tall_block(stage)
     short_block(stage)
-    stage.panel("/World/Lamp", (0, CEILING, 0), 3.0, 2.0, 1.2)
+    stage.panel("/World/Lamp", (0, CEILING, 0), 3.0, 2.0, 1.6)
     return stage
 
 
@@ -211,7 +211,7 @@ def cornell_glass():
     cornell(stage)
     tall_block(stage, -0.95, -0.5)
     stage.sphere("/World/GlassSphere", (0.15, 0.6, 0.1), 0.36, stage.glass())
-    stage.panel("/World/Lamp", (0.15, CEILING, 0.1), 0.36, 0.36, 52)
+    stage.panel("/World/Lamp", (0.15, CEILING, 0.1), 0.36, 0.36, 80)
     return stage
 
 
@@ -220,7 +220,7 @@ def cornell_light_sphere():
     cornell(stage)
     tall_block(stage)
     short_block(stage)
-    stage.bulb("/World/Lamp", (0.25, 1.15, -0.35), 0.14, 13)
+    stage.bulb("/World/Lamp", (-0.05, 1.1, 0.3), 0.13, 26)
     return stage
 
 
@@ -237,14 +237,14 @@ def closed_box(stage, path, x, z):
                stage.matte("Red", RED), stage.matte("Green", GREEN), white, front=True)
     stage.standing(f"{path}/TallBlock", -0.55, -0.4, (0.56, 1.1, 0.56), white, turn=20)
     stage.standing(f"{path}/ShortBlock", 0.5, 0.2, (0.56, 0.56, 0.56), white, turn=-18)
-    stage.panel(f"{path}/Lamp", (0, CEILING, 0), 0.8, 0.5, 14)
+    stage.panel(f"{path}/Lamp", (0, CEILING, 0), 0.8, 0.5, 18)
 
 
 def boxes(name, description, places):
     stage = Stage(name, description)
     for index, (x, z) in enumerate(places):
         closed_box(stage, f"/World/Box{index}", x, z)
-    stage.camera((0, HEIGHT / 2, CLOSED_DEPTH - DEPTH / 2 - 0.1), horizontal_fov=66)
+    stage.camera((0, HEIGHT / 2, CLOSED_DEPTH - DEPTH / 2 - 0.1), pitch=-4, horizontal_fov=76)
     return stage
 
 
@@ -260,82 +260,77 @@ def five_boxes():
 
 
 # ---- the labyrinth -----------------------------------------------------------------------------
-# One character per cell: # wall, . floor, o a panel below the ceiling, * a hanging bulb, C the camera's cell.
+# Odd rows and columns are places, even ones the walls and doorways between them: # wall, . floor, * a bulb, o a panel on
+# the first wall of the place.
 
 MAZE = """
 #####################
-#o..#....o#...*.#..o#
+#o..#....o#..*..#..o#
 #.#.#.###.#.###.#.#.#
 #.#...#*#...#o#...#.#
 #.#####.#####.#####.#
-#...*.#...o.#....*#.#
+#..*..#..o..#....*#.#
 #####.#.###.#.###.#.#
 #o..#.#.#*..#.#o#...#
 #.#.#.#.#.###.#.###.#
-#.#...#.#...o.#...#.#
+#.#...#.#..o..#...#.#
 #.#####.#.#######.#.#
-#..o..#.*.#..o..#...#
+#..o..#*..#..o..#...#
 #.###.#.#.#.###.###.#
-#*#...#.#.....#...*.#
+#*#...#.#.....#..*..#
 #.#.###.#####.#####.#
-#...#.o.C.........o.#
+#...#o...........o..#
 #####################
 """.split()
-CELL, MAZE_HEIGHT = 1.4, 2.2
+PLACE, THICKNESS, MAZE_HEIGHT, LAMP_HEIGHT = 1.5, 0.2, 1.5, 0.9
 
 
 def maze():
-    stage = Stage("maze", "A labyrinth with many lamps, few of which light what the camera sees.")
-    floor, ceiling = stage.matte("Floor", (0.5, 0.42, 0.33)), stage.matte("Ceiling", (0.8, 0.8, 0.8))
-    walls = [stage.matte("Plaster", (0.72, 0.7, 0.66)), stage.matte("Terracotta", (0.62, 0.29, 0.18)),
-             stage.matte("Slate", (0.25, 0.36, 0.5))]
+    stage = Stage("maze", "A labyrinth from above with 20 lamps: each place is lit by a few, the walls hide the others.")
+    floor, top = stage.matte("Floor", (0.62, 0.57, 0.5)), stage.matte("Top", (0.32, 0.32, 0.34))
+    walls = [stage.matte("Plaster", (0.76, 0.74, 0.7)), stage.matte("Terracotta", (0.68, 0.36, 0.24)),
+             stage.matte("Slate", (0.34, 0.46, 0.6))]
     points, index, quads, materials = [], {}, [], []
+
+    def line(i):
+        """Coordinate of grid line i."""
+        return i // 2 * (PLACE + THICKNESS) + i % 2 * THICKNESS
 
     def vertex(column, row, level):
         key = (column, row, level)
         if key not in index:
             index[key] = len(points)
-            points.append((round(column * CELL, 6), level * MAZE_HEIGHT, round(row * CELL, 6)))
+            points.append((round(line(column), 6), level * MAZE_HEIGHT, round(line(row), 6)))
         return index[key]
 
     def quad(material, *corners):
         quads.append(tuple(vertex(*c) for c in corners))
         materials.append(material)
 
-    def is_open(column, row):
-        return MAZE[row][column] != "#"
-
-    for row, line in enumerate(MAZE):
-        for column in range(len(line)):
-            if not is_open(column, row):
-                continue
-            c, r = column, row
-            quad(floor, (c, r, 0), (c, r + 1, 0), (c + 1, r + 1, 0), (c + 1, r, 0))
-            quad(ceiling, (c, r, 1), (c + 1, r, 1), (c + 1, r + 1, 1), (c, r + 1, 1))
-            wall = walls[(column // 7 + row // 6) % len(walls)]
-            if not is_open(c, r - 1):
-                quad(wall, (c, r, 0), (c + 1, r, 0), (c + 1, r, 1), (c, r, 1))
-            if not is_open(c, r + 1):
-                quad(wall, (c + 1, r + 1, 0), (c, r + 1, 0), (c, r + 1, 1), (c + 1, r + 1, 1))
-            if not is_open(c - 1, r):
-                quad(wall, (c, r + 1, 0), (c, r, 0), (c, r, 1), (c, r + 1, 1))
-            if not is_open(c + 1, r):
-                quad(wall, (c + 1, r, 0), (c + 1, r + 1, 0), (c + 1, r + 1, 1), (c + 1, r, 1))
+    # Walls around an open cell: the neighbour's place, and the two lower corners, seen from inside left to right.
+    sides = [((0, -1), (0, 0), (1, 0)), ((-1, 0), (0, 1), (0, 0)), ((1, 0), (1, 0), (1, 1)), ((0, 1), (1, 1), (0, 1))]
+    for r, cells in enumerate(MAZE):
+        for c, kind in enumerate(cells):
+            level = int(kind == "#")
+            quad(top if level else floor, (c, r, level), (c, r + 1, level), (c + 1, r + 1, level), (c + 1, r, level))
+            for (dc, dr), (ac, ar), (bc, br) in sides:
+                if not level and MAZE[r + dr][c + dc] == "#":
+                    quad(walls[(c // 7 + r // 6) % len(walls)], (c + ac, r + ar, 0), (c + bc, r + br, 0),
+                         (c + bc, r + br, 1), (c + ac, r + ar, 1))
     stage.mesh("/World/Labyrinth", points, quads, materials)
 
-    colors = [WARM, DAYLIGHT, (1.0, 0.7, 0.45), (0.9, 1.0, 0.9)]
-    count = 0
-    for row, line in enumerate(MAZE):
-        for column, kind in enumerate(line):
-            x, z = (column + 0.5) * CELL, (row + 0.5) * CELL
-            color = colors[count % len(colors)]
-            if kind == "o":
-                stage.panel(f"/World/Panel{count}", (x, MAZE_HEIGHT - GAP, z), 0.6, 0.6, 12, color)
-            elif kind == "*":
-                stage.bulb(f"/World/Bulb{count}", (x, 1.6, z), 0.12, 40, color)
-            elif kind == "C":
-                stage.camera((x, 1.25, z), pitch=-4, yaw=-90, horizontal_fov=80)
-            count += kind in "o*"
+    colors = [WARM, DAYLIGHT, (1.0, 0.66, 0.4), (0.8, 1.0, 0.85)]
+    lamps = [(c, r, kind) for r, cells in enumerate(MAZE) for c, kind in enumerate(cells) if kind in "o*"]
+    for count, (c, r, kind) in enumerate(lamps):
+        x, z, color = line(c) + PLACE / 2, line(r) + PLACE / 2, colors[count % len(colors)]
+        if kind == "*":
+            stage.bulb(f"/World/Bulb{count}", (x, LAMP_HEIGHT, z), 0.12, 60, color)
+            continue
+        (dc, dr) = next(side for side, _, _ in sides if MAZE[r + side[1]][c + side[0]] == "#")
+        turn = {(0, -1): 180, (-1, 0): -90, (1, 0): 90, (0, 1): 0}[dc, dr]
+        reach = PLACE / 2 - GAP
+        stage.panel(f"/World/Panel{count}", (x + reach * dc, LAMP_HEIGHT, z + reach * dr), 0.7, 0.4, 24, color, (0, turn, 0))
+    stage.camera((line(21) / 2, 11.5, line(17) - 1.5), pitch=-65, horizontal_fov=66)
     return stage
 
 
@@ -352,13 +347,16 @@ def white_room():
                 wood)
 
     for index, z in enumerate((-1.55, 0.0, 1.55)):
-        stage.panel(f"/World/Window{index}", (-width / 2 + GAP, 1.55, z), 1.1, 1.5, 2.6, DAYLIGHT, rotate=(0, -90, 0))
+        stage.panel(f"/World/Window{index}", (-width / 2 + GAP, 1.55, z), 1.1, 1.5, 3.6, DAYLIGHT, rotate=(0, -90, 0))
         for bar, offset in enumerate((-0.57, 0.57)):
             stage.block(f"/World/Frame{index}_{bar}", (-width / 2 - SUNK, 0.76, z + offset - 0.015),
                         (-width / 2 + 0.06, 2.34, z + offset + 0.015), lacquer)
         stage.block(f"/World/Sill{index}", (-width / 2 - SUNK, 0.73, z - 0.6), (-width / 2 + 0.16, 0.77, z + 0.6), lacquer)
 
     stage.block("/World/Mirror", (0.75, 0.6, -depth / 2 - SUNK), (2.05, 2.2, -depth / 2 + 0.03), stage.mirror())
+    for name, low, high in (("Top", (0.7, 2.19), (2.1, 2.25)), ("Bottom", (0.7, 0.55), (2.1, 0.61)),
+                            ("Left", (0.69, 0.56), (0.76, 2.24)), ("Right", (2.04, 0.56), (2.11, 2.24))):
+        stage.block(f"/World/MirrorFrame{name}", (*low, -depth / 2 - SUNK), (*high, -depth / 2 + 0.045), wood)
     stage.block("/World/Picture", (-1.75, 1.25, -depth / 2 - SUNK), (-0.85, 1.95, -depth / 2 + 0.04), brass)
 
     stage.block("/World/SofaSeat", (-2.3, 0.005, -2.2), (0.1, 0.42, -1.25), cloth)
@@ -374,7 +372,7 @@ def white_room():
     stage.block("/World/Cabinet", (2.45, 0.003, -1.3), (2.98, 0.8, 0.7), wood)
     stage.block("/World/Pot", (2.55, 0.79, 0.2), (2.85, 1.06, 0.5), stage.matte("Clay", (0.6, 0.28, 0.18)))
     stage.sphere("/World/Plant", (2.7, 1.25, 0.35), 0.27, leaf)
-    stage.camera((1.4, 1.45, 2.3), pitch=-6, yaw=18, horizontal_fov=75)
+    stage.camera((2.2, 1.5, 2.3), pitch=-6, yaw=33, horizontal_fov=76)
     return stage
 
 
@@ -406,8 +404,8 @@ def animated():
     ring = stage.mesh("/World/Ring", points, quads, stage.matte("Ochre", (0.8, 0.52, 0.16)))
     ring_place, ring_turn = ring.AddTranslateOp(), ring.AddRotateXYZOp()
     ring_place.Set(Gf.Vec3d(-0.35, 0.72, -0.1))
-    panel = stage.panel("/World/Panel", (0, CEILING, 0), 0.5, 0.5, 8)
-    bulb = stage.bulb("/World/Bulb", (0, 0, 0), 0.07, 26, (0.75, 0.88, 1.0))
+    panel = stage.panel("/World/Panel", (0, CEILING, 0), 0.5, 0.5, 16)
+    bulb = stage.bulb("/World/Bulb", (0, 0, 0), 0.07, 60, (0.75, 0.88, 1.0))
     bulb_place = bulb.GetPrim().GetAttribute("xformOp:translate")
     bulb_place.Clear()
     camera_place = stage.usd.GetPrimAtPath("/World/Camera").GetAttribute("xformOp:translate")
@@ -419,7 +417,7 @@ def animated():
         bulb_place.Set(Gf.Vec3d(round(1.2 * math.cos(math.pi * t), 6), round(1.0 + 0.35 * math.sin(2 * math.pi * t), 6),
                                 round(0.55 * math.sin(math.pi * t) - 0.1, 6)), frame)
         camera_place.Set(Gf.Vec3d(0, HEIGHT / 2, round(camera_z - 0.5 * t, 6)), frame)
-        panel.GetIntensityAttr().Set(round(8 - 5 * t, 4), frame)
+        panel.GetIntensityAttr().Set(round(16 - 10 * t, 4), frame)
     return stage
 
 
