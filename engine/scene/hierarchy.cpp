@@ -59,11 +59,19 @@ void Hierarchy::orphanChildren(uint32_t index) {
     }
 }
 
+bool Hierarchy::isAncestor(uint32_t ancestor, uint32_t index) const {
+    if (ancestor == index) return true;
+    // Most links are of new entities, without children: no need to walk up, which makes deep chains cost O(depth) in
+    // all.
+    if (nodes_[ancestor].firstChild == Entity::kNone) return false;
+    while (index != Entity::kNone && index != ancestor) index = nodes_[index].parent;
+    return index == ancestor;
+}
+
 void Hierarchy::link(const World& world, Entity child, Entity parent) {
     if (!parent || !world.alive(parent)) return;
     node(parent); // May grow nodes_, so before any reference into it.
-    for (uint32_t above = parent.index; above != Entity::kNone; above = nodes_[above].parent) {
-        if (above != child.index) continue;
+    if (isAncestor(child.index, parent.index)) {
         const Name* name = world.find<Name>(child);
         log::warning("parent ignored: {}: it is its own ancestor; correct the hierarchy",
                      name ? name->path : "(unnamed)");

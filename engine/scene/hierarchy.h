@@ -30,6 +30,7 @@ private:
     void markDirty(Entity entity);
     void unlink(uint32_t index);
     void orphanChildren(uint32_t index);
+    bool isAncestor(uint32_t ancestor, uint32_t index) const;
     void link(const World& world, Entity child, Entity parent);
     void collectRemovals(World& world);
     void collectChanges(const World& world);
