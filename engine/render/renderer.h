@@ -28,8 +28,8 @@ struct NodeStats {
 };
 
 struct FrameStats {
-    double ms = 0;          ///< wall time of rendering, loading and pipeline creation excluded
-    uint32_t spp = 0;       ///< frames averaged
+    double ms = 0;    ///< wall time of rendering, loading and pipeline creation excluded
+    uint32_t spp = 0; ///< frames averaged
     std::vector<NodeStats> nodes;
     uint64_t rays = 0;
     uint32_t blasBuilt = 0, blasRefit = 0, tlasBuilt = 0;
@@ -42,9 +42,6 @@ struct StartupStats {
     double deviceMs = 0, loadMs = 0, pipelinesMs = 0, firstFrameMs = 0;
 };
 
-/// The device-side copy of one scene: meshes, BVHs, lights, materials, textures; follows changes only.
-class GpuScene;
-
 class Engine {
 public:
     explicit Engine(const EngineOptions& options);
@@ -52,6 +49,7 @@ public:
     Registry& registry();
     gpu::Device& device();
     gpu::Tracer tracer() const; ///< never Auto
+    double deviceMs() const;    ///< spent in creating the device
 
 private:
     struct Impl;
@@ -72,15 +70,16 @@ public:
     void setSeed(uint64_t seed);
     void setAovs(std::vector<std::string> names); ///< kept and averaged from the next frame on
 
-    /// Compiles the graph and the pipelines now rather than with the first frame. Returns milliseconds spent.
+    /// Uploads the scene and compiles the graph and its pipelines now rather than with the first frame. Returns the
+    /// milliseconds spent on pipelines.
     double prepare();
 
     struct RenderOptions {
         uint32_t spp = 1;
         double seconds = 0; ///< above 0: in place of spp; at least one frame
         uint32_t warmup = 0;
-        const std::atomic<bool>* cancel = nullptr;              ///< ends early, keeping what was averaged
-        std::function<void(double done)> progress;              ///< 0..1
+        const std::atomic<bool>* cancel = nullptr; ///< ends early, keeping what was averaged
+        std::function<void(double done)> progress; ///< 0..1
     };
     /// Brings the device copy up to date with the scene, renders and averages. Linear RGBA, row 0 at the top.
     ImageData render(const RenderOptions& options);

@@ -7,7 +7,8 @@
 namespace trilume {
 
 /// Sums every plane that ends in a path class's name and averages over frames; see README.md. Creates `composite.color`
-/// (vec3, this frame), `composite.sums` (shared::PixelSums) and `composite.aov.<name>` (float sums) for each AOV asked for.
+/// (vec3, this frame), `composite.sums` (shared::PixelSums) and `composite.aov.<name>` (float sums) for each AOV asked
+/// for.
 class CompositeNode final : public graph::Node {
 public:
     void declare(graph::Builder& builder) override;

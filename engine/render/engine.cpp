@@ -1,0 +1,70 @@
+#include "render/engine_impl.h"
+
+#include "core/clock.h"
+#include "core/error.h"
+#include "graph/aov.h"
+
+namespace trilume {
+
+namespace {
+
+gpu::Tracer chooseTracer(gpu::Tracer wanted, const gpu::Device& device) {
+    if (wanted == gpu::Tracer::Query && !device.rayQuery())
+        throw inputError("no ray queries", "device " + device.info().name,
+                         "use --tracer compute, or a driver with VK_KHR_ray_query");
+    if (wanted != gpu::Tracer::Auto) return wanted;
+    // Software drivers trace rays more slowly than the compute kernel does (engine/rt/README.md).
+    return device.rayQuery() && !device.isCpu() ? gpu::Tracer::Query : gpu::Tracer::Compute;
+}
+
+/// Rows that belong to the frame rather than to one node.
+void addFrameParams(Registry& registry) {
+    registry.addParam({.name = "sampler.sequence",
+                       .defaultValue = std::string("independent"),
+                       .choices = {"independent", "sobol"},
+                       .doc = "Random numbers: independent, or Owen-scrambled Sobol points (unbiased, less noise).",
+                       .resetsHistory = true});
+    registry.addParam({.name = "light.selection",
+                       .defaultValue = std::string("power"),
+                       .choices = {"power", "uncompensated"},
+                       .doc = "How sampled light is weighted: power divides by the probability of choosing the light; "
+                              "uncompensated does not, which darkens scenes of N lights by up to N, as in the paper.",
+                       .resetsHistory = true});
+    registry.addParam({.name = std::string(graph::kAovParam),
+                       .defaultValue = int64_t{0},
+                       .minimum = 0,
+                       .maximum = static_cast<double>((1u << graph::kAovs.size()) - 1),
+                       .doc = "Which AOVs are averaged beside the picture, one bit each; set by the application.",
+                       .cost = ParamCost::Structural});
+}
+
+} // namespace
+
+Engine::Engine(const EngineOptions& options) : impl_(std::make_unique<Impl>()) {
+    const Stopwatch watch;
+    impl_->device = std::make_unique<gpu::Device>(options.device);
+    impl_->tracer = chooseTracer(options.tracer, *impl_->device);
+    addFrameParams(impl_->registry);
+    impl_->deviceMs = watch.ms();
+}
+
+Engine::~Engine() { impl_->device->waitIdle(); }
+
+Registry& Engine::registry() { return impl_->registry; }
+gpu::Device& Engine::device() { return *impl_->device; }
+gpu::Tracer Engine::tracer() const { return impl_->tracer; }
+double Engine::deviceMs() const { return impl_->deviceMs; }
+
+const gpu::Pipeline& Engine::Impl::pipeline(const gpu::ShaderSource& source) {
+    std::string key = source.path;
+    for (const auto& [name, value] : source.defines) key += ' ' + name + '=' + value;
+    for (const uint32_t value : source.specialization) key += ' ' + std::to_string(value);
+    const auto it = pipelines.find(key);
+    if (it != pipelines.end()) return it->second;
+    const Stopwatch watch;
+    gpu::Pipeline& pipeline = pipelines[key] = device->createPipeline(source);
+    pipelineMs += watch.ms();
+    return pipeline;
+}
+
+} // namespace trilume

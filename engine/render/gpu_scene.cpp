@@ -1,0 +1,339 @@
+#include "render/gpu_scene.h"
+
+#include "core/log.h"
+#include "light/distribution2d.h"
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include <algorithm>
+
+namespace trilume {
+
+namespace {
+
+using shared::kNone;
+
+glm::mat4x3 affine(const glm::dmat4& m) { return glm::mat4x3(glm::mat4(m)); }
+
+template<class T>
+gpu::Buffer uploaded(gpu::Device& device, const std::vector<T>& values, const std::string& name, const char* what) {
+    if (values.empty()) return {};
+    return device.createBufferFrom(std::span<const T>(values), name + ": " + what);
+}
+
+/// The unit shape (shaders/shared/scene.h) that a light's geometry is, and where it lies in the light's local space.
+std::pair<uint32_t, glm::dmat4> lightShape(const Light& light) {
+    switch (light.kind) {
+    case LightKind::Rect:
+        return {shared::kShapeRect, glm::scale(glm::dmat4(1), {light.width, light.height, 1})};
+    case LightKind::Disk:
+        return {shared::kShapeDisk, glm::scale(glm::dmat4(1), {light.radius, light.radius, 1})};
+    case LightKind::Sphere:
+        return {shared::kShapeSphere, glm::scale(glm::dmat4(1), glm::dvec3(light.radius))};
+    case LightKind::Cylinder:
+        return {shared::kShapeCylinder, glm::scale(glm::dmat4(1), {light.length, light.radius, light.radius})};
+    case LightKind::Distant:
+    case LightKind::Dome:
+        break;
+    }
+    return {kNone, glm::dmat4(1)};
+}
+
+bool isInfinite(const Light& light) { return light.kind == LightKind::Distant || light.kind == LightKind::Dome; }
+
+uint32_t maskOf(const Visibility* visibility) {
+    uint32_t mask = shared::kMaskIndirect;
+    if (!visibility || visibility->camera) mask |= shared::kMaskCamera;
+    if (!visibility || visibility->shadow) mask |= shared::kMaskShadow;
+    return mask;
+}
+
+} // namespace
+
+GpuScene::GpuScene(gpu::Device& device, gpu::Tracer tracer, Scene& scene)
+    : device_(device), scene_(scene), materials_(device), accel_(device, tracer) {}
+
+void GpuScene::update() {
+    scene_.updateTransforms();
+    const bool first = !seen_;
+    if (first) {
+        const Bounds bounds = scene_.bounds();
+        if (!bounds.empty()) origin_ = bounds.center();
+    }
+    accel_.beginUpdate();
+    facts_.dynamicInstances = facts_.changedLights = 0;
+    const bool materialsChanged = materials_.update(scene_);
+    const bool meshesChanged = updateMeshes();
+    facts_.sceneChanged = first || materialsChanged || meshesChanged || scene_.world.now() != *seen_;
+    if (!facts_.sceneChanged) return;
+    seen_ = scene_.world.now();
+    ++revision_;
+    updateInstances();
+}
+
+bool GpuScene::updateMeshes() {
+    bool changed = false;
+    meshes_.resize(scene_.meshes().size());
+    for (size_t i = 0; i < meshes_.size(); ++i) {
+        const Mesh& mesh = scene_.meshes()[i];
+        DeviceMesh& device = meshes_[i];
+        if (device.topologyRevision == mesh.topologyRevision && device.pointsRevision == mesh.pointsRevision) continue;
+        updateMesh(mesh, device);
+        changed = true;
+    }
+    if (!changed && meshTable_.size() != 0) return false;
+
+    std::vector<shared::Mesh> table;
+    for (size_t i = 0; i < meshes_.size(); ++i) {
+        const DeviceMesh& device = meshes_[i];
+        shared::Mesh m{};
+        if (device.present) {
+            const rt::MeshAccelAddresses accel = accel_.addresses(device.accel);
+            m.nodes = accel.nodes;
+            m.leafVertices = accel.leafVertices;
+            m.leafTriangles = accel.leafTriangles;
+            m.triangles = device.triangles.address();
+            m.positions = device.positions.address();
+            m.normals = device.normals.address();
+            m.uvs = device.uvs.address();
+            m.subsets = device.subsets.address();
+            m.triangleCount = static_cast<uint32_t>(scene_.meshes()[i].triangles.size());
+            if (device.normals) m.flags |= shared::kMeshHasNormals;
+            if (device.uvs) m.flags |= shared::kMeshHasUvs;
+            if (device.subsets) m.flags |= shared::kMeshHasSubsets;
+        }
+        table.push_back(m);
+    }
+    return meshTable_.assign(device_, std::move(table)) || changed;
+}
+
+void GpuScene::updateMesh(const Mesh& mesh, DeviceMesh& device) {
+    const bool topology = device.topologyRevision != mesh.topologyRevision;
+    device.topologyRevision = mesh.topologyRevision;
+    device.pointsRevision = mesh.pointsRevision;
+    if (topology) {
+        if (device.present) accel_.removeMesh(device.accel);
+        device.present = !mesh.triangles.empty();
+        if (!device.present) return;
+        device.accel = accel_.addMesh(mesh.positions, mesh.triangles, mesh.deforming, mesh.name);
+        device.triangles = uploaded(device_, mesh.triangles, mesh.name, "triangles");
+        device.uvs = uploaded(device_, mesh.uvs, mesh.name, "texture coordinates");
+        device.subsets = uploaded(device_, mesh.triangleSubset, mesh.name, "subsets");
+    } else if (device.present) {
+        accel_.updateMesh(device.accel, mesh.positions);
+    }
+    if (!device.present) return;
+    device.positions = uploaded(device_, mesh.positions, mesh.name, "positions");
+    device.normals = uploaded(device_, mesh.normals, mesh.name, "normals");
+}
+
+uint32_t GpuScene::addInstance(Draft& draft, uint32_t shape, uint32_t mesh, const WorldTransform& transform,
+                               const glm::dmat4& localFromShape, std::span<const uint32_t> materials,
+                               uint32_t mask) const {
+    const auto renderFromShape = [&](const glm::dmat4& worldFromLocal) {
+        glm::dmat4 m = worldFromLocal * localFromShape;
+        m[3] -= glm::dvec4(origin_, 0);
+        return m;
+    };
+    const glm::dmat4 now = renderFromShape(transform.worldFromLocal);
+    shared::Instance instance{};
+    instance.worldFromLocal = affine(now);
+    instance.localFromWorld = affine(glm::inverse(now));
+    instance.previousWorldFromLocal = affine(renderFromShape(transform.previousWorldFromLocal));
+    instance.shape = shape;
+    instance.mesh = mesh;
+    instance.firstMaterial = static_cast<uint32_t>(draft.materialIndices.size());
+    instance.firstLight = kNone;
+    instance.mask = mask;
+    if (glm::determinant(glm::dmat3(now)) < 0) instance.flags |= shared::kInstanceFlips;
+    draft.materialIndices.insert(draft.materialIndices.end(), materials.begin(), materials.end());
+    draft.instances.push_back(instance);
+
+    rt::InstanceInput traced{};
+    traced.shape = shape;
+    traced.mesh = mesh == kNone ? rt::MeshAccelId{} : meshes_[mesh].accel;
+    traced.worldFromLocal = instance.worldFromLocal;
+    traced.mask = mask;
+    draft.traced.push_back(traced);
+    return static_cast<uint32_t>(draft.instances.size() - 1);
+}
+
+uint32_t GpuScene::stableId(Entity entity, uint32_t count) {
+    const uint64_t key = uint64_t{entity.generation} << 32 | entity.index;
+    auto [it, fresh] = lightIds_.try_emplace(key, 0, 0);
+    if (fresh || it->second.second < count) {
+        it->second = {nextLightId_, count};
+        nextLightId_ += count;
+    }
+    return it->second.first;
+}
+
+const GpuScene::LightTexture* GpuScene::lightTexture(TextureId texture, LightKind kind, uint32_t& distribution) {
+    distribution = kNone;
+    if (materials_.image(texture) == kNone) return nullptr;
+    LightTexture& entry = lightTextures_[{texture, kind}];
+    const Texture& source = scene_.texture(texture);
+    if (entry.revision != source.revision) {
+        const TextureDistribution d =
+            buildTextureDistribution(source, kind == LightKind::Dome ? TextureDomain::LatLong : TextureDomain::Rect);
+        entry.marginal = uploaded(device_, d.marginal, source.name, "marginal");
+        entry.conditional = uploaded(device_, d.conditional, source.name, "conditional");
+        entry.density = uploaded(device_, d.density, source.name, "density");
+        entry.record = {entry.marginal.address(), entry.conditional.address(), entry.density.address(), d.width,
+                        d.height};
+        entry.mean = d.mean;
+        entry.revision = source.revision;
+    }
+    distribution = static_cast<uint32_t>(usedDistributions_.size());
+    usedDistributions_.push_back(entry.record);
+    return &entry;
+}
+
+void GpuScene::addLight(Draft& draft, const Light& light, const glm::dmat4& worldFromLocal, uint32_t instance,
+                        Entity owner) {
+    LightInput input{
+        .component = &light, .worldFromLocal = worldFromLocal, .instance = instance, .id = stableId(owner, 1)};
+    if (const LightTexture* texture = lightTexture(light.texture, light.kind, input.distribution)) {
+        input.image = materials_.image(light.texture);
+        input.textureMean = texture->mean;
+    }
+    draft.lights.push_back(input);
+}
+
+void GpuScene::addMeshes(Draft& draft) {
+    scene_.world.each<MeshInstance>([&](Entity entity, const MeshInstance& component) {
+        const auto meshIndex = static_cast<uint32_t>(component.mesh);
+        if (component.mesh == MeshId::None || !meshes_[meshIndex].present || !scene_.isVisible(entity)) return;
+        const Mesh& mesh = scene_.mesh(component.mesh);
+        uint32_t subsets = static_cast<uint32_t>(component.materials.size());
+        for (const uint32_t subset : mesh.triangleSubset) subsets = std::max(subsets, subset + 1);
+        std::vector<uint32_t> materials(std::max(subsets, 1u), materials_.index(MaterialId::None));
+        bool emits = false;
+        for (size_t i = 0; i < component.materials.size(); ++i) {
+            materials[i] = materials_.index(component.materials[i]);
+            emits |= (materials_.material(materials[i]).flags & shared::kMaterialEmissive) != 0;
+        }
+        const WorldTransform& transform = *scene_.world.find<WorldTransform>(entity);
+        const uint32_t instance = addInstance(draft, shared::kShapeMesh, meshIndex, transform, glm::dmat4(1), materials,
+                                              maskOf(scene_.world.find<Visibility>(entity)));
+        if (!emits) return;
+        EmissiveMeshInput input{};
+        input.mesh = &mesh;
+        input.worldFromLocal = transform.worldFromLocal;
+        input.instance = instance;
+        const auto materialOf = [&mesh, materials](uint32_t triangle) {
+            return materials[mesh.triangleSubset.empty() ? 0 : mesh.triangleSubset[triangle]];
+        };
+        input.radiance = [this, materialOf](uint32_t triangle) { return materials_.emission(materialOf(triangle)); };
+        input.textured = [this, materialOf](uint32_t triangle) {
+            return materials_.material(materialOf(triangle)).emissionMap != 0;
+        };
+        input.firstId = stableId(entity, static_cast<uint32_t>(mesh.triangles.size()));
+        draft.emissive.push_back(std::move(input));
+    });
+}
+
+void GpuScene::addSpheres(Draft& draft) {
+    scene_.world.each<SphereInstance>([&](Entity entity, const SphereInstance& sphere) {
+        if (!(sphere.radius > 0) || !scene_.isVisible(entity)) return;
+        const WorldTransform& transform = *scene_.world.find<WorldTransform>(entity);
+        const glm::dmat4 localFromShape = glm::scale(glm::dmat4(1), glm::dvec3(sphere.radius));
+        const uint32_t material = materials_.index(sphere.material);
+        const uint32_t instance = addInstance(draft, shared::kShapeSphere, kNone, transform, localFromShape,
+                                              std::span(&material, 1), maskOf(scene_.world.find<Visibility>(entity)));
+        if (sphere.material == MaterialId::None) return;
+        // Textured emission is found by BSDF samples only: unbiased, noisier.
+        const Material& m = scene_.material(sphere.material);
+        if (m.emission == glm::vec3(0) || m.emissionMap.texture != TextureId::None) return;
+        Light& light = draft.emitters.emplace_back();
+        light.kind = LightKind::Sphere;
+        light.radius = sphere.radius;
+        light.radiance = m.emission;
+        addLight(draft, light, transform.worldFromLocal, instance, entity);
+    });
+}
+
+void GpuScene::addLights(Draft& draft) {
+    scene_.world.each<Light>([&](Entity entity, const Light& light) {
+        if (!scene_.isVisible(entity)) return;
+        const WorldTransform& transform = *scene_.world.find<WorldTransform>(entity);
+        if (isInfinite(light)) {
+            addLight(draft, light, transform.worldFromLocal, kNone, entity);
+            return;
+        }
+        const auto [shape, localFromShape] = lightShape(light);
+        if (glm::determinant(glm::dmat3(transform.worldFromLocal * localFromShape)) == 0) {
+            log::writeOnce(log::Level::Warning, "flat light " + scene_.world.find<Name>(entity)->path,
+                           "light has no extent, left out: " + scene_.world.find<Name>(entity)->path +
+                               ": give it a size above 0");
+            return;
+        }
+        uint32_t mask = maskOf(scene_.world.find<Visibility>(entity));
+        if (!light.visibleToCamera) mask &= ~shared::kMaskCamera;
+        const uint32_t material = GpuMaterials::kBlack;
+        const uint32_t instance =
+            addInstance(draft, shape, kNone, transform, localFromShape, std::span(&material, 1), mask);
+        addLight(draft, light, transform.worldFromLocal, instance, entity);
+    });
+}
+
+void GpuScene::updateInstances() {
+    usedDistributions_.clear();
+    Draft draft;
+    addMeshes(draft);
+    addSpheres(draft);
+    addLights(draft);
+
+    const Bounds bounds = scene_.bounds();
+    LightTable lights = buildLightTable(draft.lights, draft.emissive, origin_, bounds.radius());
+    for (size_t i = 0; i < draft.lights.size(); ++i)
+        if (draft.lights[i].instance != kNone)
+            draft.instances[draft.lights[i].instance].firstLight = lights.lightOfInput[i];
+    for (size_t i = 0; i < draft.emissive.size(); ++i)
+        draft.instances[draft.emissive[i].instance].firstLight = lights.firstLight[i];
+
+    accel_.setInstances(draft.traced);
+    facts_.lights = static_cast<uint32_t>(lights.lights.size());
+    updateFacts(draft);
+    if (lights_.assign(device_, std::move(lights.lights))) facts_.changedLights = facts_.lights;
+    alias_.assign(device_, std::move(lights.alias));
+    lightOfTriangle_.assign(device_, std::move(lights.lightOfTriangle));
+    distributions_.assign(device_, usedDistributions_);
+    instances_.assign(device_, std::move(draft.instances));
+    materialIndices_.assign(device_, std::move(draft.materialIndices));
+
+    table_.topNodes = accel_.topNodes();
+    table_.topInstances = accel_.topInstances();
+    table_.instances = instances_.address();
+    table_.meshes = meshTable_.address();
+    table_.materials = materials_.materials();
+    table_.textureInputs = materials_.textureInputs();
+    table_.materialIndices = materialIndices_.address();
+    table_.lights = lights_.address();
+    table_.lightAlias = alias_.address();
+    table_.lightOfTriangle = lightOfTriangle_.address();
+    table_.distributions = distributions_.address();
+    table_.instanceCount = instances_.size();
+    table_.lightCount = lights_.size();
+    table_.infiniteLightCount = lights.infiniteCount;
+    table_.boundsCenter = bounds.empty() ? glm::vec3(0) : glm::vec3(bounds.center() - origin_);
+    table_.boundsRadius = static_cast<float>(bounds.radius());
+}
+
+void GpuScene::updateFacts(const Draft& draft) {
+    facts_.instances = static_cast<uint32_t>(draft.instances.size());
+    facts_.environment = std::any_of(draft.lights.begin(), draft.lights.end(),
+                                     [](const LightInput& l) { return l.component->kind == LightKind::Dome; });
+    facts_.textured = materials_.textured();
+    facts_.transparent = materials_.cutouts() || materials_.transmissive();
+    facts_.diffuseAlbedo = false;
+    facts_.specularCasters = 0;
+    for (const shared::Instance& instance : draft.instances) {
+        facts_.dynamicInstances += instance.worldFromLocal != instance.previousWorldFromLocal ? 1 : 0;
+        const uint32_t material = draft.materialIndices[instance.firstMaterial];
+        facts_.diffuseAlbedo |= materials_.isDiffuse(material);
+        facts_.specularCasters += materials_.castsCaustics(material) ? 1 : 0;
+    }
+}
+
+} // namespace trilume

@@ -1,0 +1,102 @@
+#pragma once
+
+#include "graph/graph.h"
+#include "light/light_table.h"
+#include "render/device_table.h"
+#include "render/gpu_materials.h"
+#include "rt/accel.h"
+#include "scene/scene.h"
+#include "shared/scene.h"
+
+#include <deque>
+#include <map>
+#include <optional>
+#include <unordered_map>
+
+namespace trilume {
+
+/// The device's copy of one scene; follows changes only.
+class GpuScene {
+public:
+    GpuScene(gpu::Device& device, gpu::Tracer tracer, Scene& scene);
+
+    /// Brings transforms, assets, instances, lights and acceleration structures up to date.
+    void update();
+
+    Scene& scene() { return scene_; }
+    /// Render space is world space minus this.
+    glm::dvec3 origin() const { return origin_; }
+    const shared::SceneTable& table() const { return table_; }
+    const graph::SceneFacts& facts() const { return facts_; }
+    const GpuMaterials& materials() const { return materials_; }
+    /// Of the last update.
+    const rt::AccelStats& accelStats() const { return accel_.stats(); }
+    /// Grows with each update that found a change.
+    uint64_t revision() const { return revision_; }
+
+private:
+    struct DeviceMesh {
+        rt::MeshAccelId accel{};
+        gpu::Buffer triangles, positions, normals, uvs, subsets;
+        uint64_t topologyRevision = 0, pointsRevision = 0;
+        bool present = false;
+    };
+    /// Instances under construction, with what they bring to the light table and the tracer.
+    struct Draft {
+        std::vector<shared::Instance> instances;
+        std::vector<rt::InstanceInput> traced;
+        std::vector<uint32_t> materialIndices;
+        std::deque<Light> emitters; ///< lights that no component holds: emissive spheres
+        std::vector<LightInput> lights;
+        std::vector<EmissiveMeshInput> emissive;
+    };
+
+    bool updateMeshes();
+    void updateMesh(const Mesh& mesh, DeviceMesh& device);
+    void updateInstances();
+    uint32_t addInstance(Draft& draft, uint32_t shape, uint32_t mesh, const WorldTransform& transform,
+                         const glm::dmat4& localFromShape, std::span<const uint32_t> materials, uint32_t mask) const;
+    void addMeshes(Draft& draft);
+    void addSpheres(Draft& draft);
+    void addLights(Draft& draft);
+    void addLight(Draft& draft, const Light& light, const glm::dmat4& worldFromLocal, uint32_t instance, Entity owner);
+    void updateFacts(const Draft& draft);
+    struct LightTexture;
+    /// The texture's importance-sampled density, with its index in the device's table; null without a texture.
+    const LightTexture* lightTexture(TextureId texture, LightKind kind, uint32_t& distribution);
+    uint32_t stableId(Entity entity, uint32_t count);
+
+    gpu::Device& device_;
+    Scene& scene_;
+    GpuMaterials materials_;
+    rt::SceneAccel accel_;
+    glm::dvec3 origin_{0};
+    std::optional<Tick> seen_;
+    uint64_t revision_ = 0;
+
+    std::vector<DeviceMesh> meshes_;
+    DeviceTable<shared::Mesh> meshTable_{"meshes"};
+    DeviceTable<shared::Instance> instances_{"instances"};
+    DeviceTable<uint32_t> materialIndices_{"material indices"};
+    DeviceTable<shared::Light> lights_{"lights"};
+    DeviceTable<shared::AliasEntry> alias_{"light alias table"};
+    DeviceTable<uint32_t> lightOfTriangle_{"lights of triangles"};
+    DeviceTable<shared::Distribution> distributions_{"light distributions"};
+
+    struct LightTexture {
+        uint64_t revision = 0;
+        gpu::Buffer marginal, conditional, density;
+        shared::Distribution record{};
+        glm::vec3 mean{0};
+    };
+    std::map<std::pair<TextureId, LightKind>, LightTexture> lightTextures_;
+    std::vector<shared::Distribution> usedDistributions_;
+    /// Lights keep their ids from frame to frame; an emissive mesh takes one for each triangle.
+    std::unordered_map<uint64_t, std::pair<uint32_t, uint32_t>> lightIds_;
+    uint32_t nextLightId_ = 0;
+
+    shared::SceneTable table_{};
+    graph::SceneFacts facts_;
+};
+
+} // namespace trilume

@@ -1,0 +1,332 @@
+#include "core/clock.h"
+#include "core/error.h"
+#include "graph/aov.h"
+#include "graph/dump.h"
+#include "graph/execute.h"
+#include "render/camera.h"
+#include "render/engine_impl.h"
+#include "render/gpu_scene.h"
+#include "shared/passes.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <deque>
+#include <set>
+
+namespace trilume {
+
+namespace {
+
+constexpr uint32_t kFramesInFlight = 2;
+
+} // namespace
+
+struct View::Impl {
+    Impl(Engine& engine, Engine::Impl& engineImpl, Scene& scene, uint32_t width, uint32_t height)
+        : engine(engine), shared(engineImpl), device(engine.device()), gpuScene(device, engine.tracer(), scene),
+          executor(device), params(engine.registry().params()), width(width), height(height) {
+        for (FrameSlot& slot : slots) {
+            slot.constants =
+                device.createBuffer(sizeof(shared::FrameConstants), gpu::Memory::Upload, "frame constants");
+            slot.counters =
+                device.createBuffer(shared::kCounterCount * sizeof(uint32_t), gpu::Memory::Readback, "frame counters");
+        }
+    }
+
+    struct FrameSlot {
+        gpu::Buffer constants, counters;
+        gpu::Submission submission;
+        bool pending = false;
+    };
+
+    void setTechnique(const Technique& technique);
+    void buildGraph();
+    bool graphIsCurrent() const;
+    std::vector<std::pair<std::string, std::string>> shaderDefines() const;
+    void fillConstants(shared::FrameConstants& constants, const FrameSlot& slot, uint32_t sampleIndex);
+    /// `dry`: every thread ends at once, but drivers compile what frames will use.
+    void submitFrame(uint32_t sampleIndex, bool dry = false);
+    void collect(FrameSlot& slot);
+    void collectAll();
+    template<class T>
+    std::vector<T> readPlane(std::string_view name);
+
+    Engine& engine;
+    Engine::Impl& shared;
+    gpu::Device& device;
+    GpuScene gpuScene;
+    graph::GraphExecutor executor;
+    ParamSet params;
+    uint32_t width, height;
+    Entity camera;
+    uint64_t seed = 0;
+
+    const Technique* technique = nullptr;
+    std::vector<std::unique_ptr<graph::Node>> nodes;
+    std::vector<graph::GraphNode> graphNodes;
+    std::set<std::string, std::less<>> disabled;
+    std::vector<std::string> aovs;
+
+    bool graphBuilt = false;
+    uint64_t builtParams = 0, builtScene = 0, historyParams = 0;
+    std::array<FrameSlot, kFramesInFlight> slots;
+    uint32_t frameIndex = 0;
+    uint32_t averaged = 0;
+    std::optional<shared::Camera> previousCamera;
+    FrameStats stats;
+};
+
+View::View(Engine& engine, Scene& scene, uint32_t width, uint32_t height, std::string_view camera) {
+    if (width == 0 || height == 0 || width > 32768 || height > 32768)
+        throw inputError("picture size out of range", std::to_string(width) + " x " + std::to_string(height),
+                         "choose 1 to 32768 pixels a side");
+    scene.updateTransforms();
+    const Entity entity = chooseCamera(scene, camera);
+    impl_ = std::make_unique<Impl>(engine, *engine.impl_, scene, width, height);
+    impl_->camera = entity;
+    setTechnique(engine.registry().defaultTechnique().name);
+}
+
+View::~View() { impl_->device.waitIdle(); }
+
+void View::setTechnique(std::string_view name) { impl_->setTechnique(impl_->engine.registry().technique(name)); }
+ParamSet& View::params() { return impl_->params; }
+void View::setSeed(uint64_t seed) { impl_->seed = seed; }
+const FrameStats& View::stats() const { return impl_->stats; }
+
+void View::Impl::setTechnique(const Technique& wanted) {
+    nodes.clear();
+    graphNodes.clear();
+    graphBuilt = false;
+    for (const std::string& name : wanted.nodes) {
+        nodes.push_back(engine.registry().node(name).create());
+        graphNodes.push_back({name, nodes.back().get(), disabled.count(name) == 0});
+    }
+    params.clearDefaults();
+    for (const auto& [name, value] : wanted.defaults) params.setDefault(name, value);
+    technique = &wanted;
+}
+
+void View::setNodeEnabled(std::string_view node, bool enabled) {
+    const auto it = std::find_if(impl_->graphNodes.begin(), impl_->graphNodes.end(),
+                                 [&](const graph::GraphNode& n) { return n.name == node; });
+    if (it == impl_->graphNodes.end()) {
+        std::string known;
+        for (const auto& n : impl_->graphNodes) known += (known.empty() ? "" : ", ") + n.name;
+        throw inputError("no such node", std::string(node) + " in technique " + impl_->technique->name,
+                         "nodes are: " + known);
+    }
+    it->enabled = enabled;
+    if (enabled)
+        impl_->disabled.erase(it->name);
+    else
+        impl_->disabled.insert(it->name);
+    impl_->graphBuilt = false;
+}
+
+void View::setAovs(std::vector<std::string> names) {
+    int64_t mask = 0;
+    for (const std::string& name : names) {
+        if (name == graph::kVarianceAov) continue;
+        const auto it =
+            std::find_if(graph::kAovs.begin(), graph::kAovs.end(), [&](const graph::Aov& a) { return a.name == name; });
+        if (it == graph::kAovs.end()) {
+            std::string known;
+            for (const auto& a : graph::kAovs) known += std::string(a.name) + ", ";
+            throw inputError("no such AOV", name, "AOVs are: " + known + std::string(graph::kVarianceAov));
+        }
+        mask |= int64_t{1} << (it - graph::kAovs.begin());
+    }
+    impl_->aovs = std::move(names);
+    impl_->params.set(graph::kAovParam, std::to_string(mask));
+}
+
+bool View::Impl::graphIsCurrent() const {
+    return graphBuilt && builtParams == params.revision() && builtScene == gpuScene.revision();
+}
+
+void View::Impl::buildGraph() {
+    if (graphIsCurrent()) return;
+    std::vector<std::string> outputs{"composite.sums"};
+    for (const std::string& aov : aovs)
+        if (aov != graph::kVarianceAov) outputs.push_back("composite.aov." + aov);
+    executor.setGraph(graph::compile({graphNodes, gpuScene.facts(), params, width, height, outputs}));
+    if (historyParams != params.historyRevision()) executor.resetHistory();
+    historyParams = params.historyRevision();
+    builtParams = params.revision();
+    builtScene = gpuScene.revision();
+    graphBuilt = true;
+}
+
+std::vector<std::pair<std::string, std::string>> View::Impl::shaderDefines() const {
+    const GpuMaterials& materials = gpuScene.materials();
+    std::vector<std::pair<std::string, std::string>> defines{
+        {"TL_BSDF_SPECULAR", materials.specular() ? "1" : "0"},
+        {"TL_CUTOUTS", materials.cutouts() ? "1" : "0"},
+        {"TL_TEXTURES", materials.textured() ? "1" : "0"},
+    };
+    if (engine.tracer() == gpu::Tracer::Query) defines.emplace_back("TL_TRACER_QUERY", "1");
+    return defines;
+}
+
+void View::Impl::fillConstants(shared::FrameConstants& constants, const FrameSlot& slot, uint32_t sampleIndex) {
+    Scene& scene = gpuScene.scene();
+    const shared::Camera now =
+        makeCamera(*scene.world.find<Camera>(camera), scene.world.find<WorldTransform>(camera)->worldFromLocal,
+                   gpuScene.origin(), width, height);
+    constants = {};
+    constants.scene = gpuScene.table();
+    constants.camera = now;
+    constants.previousCamera = previousCamera.value_or(now);
+    constants.width = width;
+    constants.height = height;
+    constants.frameIndex = frameIndex;
+    constants.sampleIndex = sampleIndex;
+    constants.seed = static_cast<uint32_t>(seed ^ seed >> 32);
+    if (params.getChoice("sampler.sequence") == "sobol") constants.flags |= shared::kFrameSobol;
+    if (params.getChoice("light.selection") == "uncompensated") constants.flags |= shared::kFrameUncompensated;
+    constants.counters = slot.counters.address();
+    previousCamera = now;
+}
+
+void View::Impl::submitFrame(uint32_t sampleIndex, bool dry) {
+    FrameSlot& slot = slots[frameIndex % kFramesInFlight];
+    collect(slot);
+    shared::FrameConstants constants;
+    fillConstants(constants, slot, sampleIndex);
+    if (dry) constants.width = constants.height = 0;
+    std::memcpy(slot.constants.mapped(), &constants, sizeof(constants));
+    std::memset(slot.counters.mapped(), 0, slot.counters.size());
+
+    const auto defines = shaderDefines();
+    graph::FrameInput input{.nodes = graphNodes,
+                            .params = params,
+                            .facts = gpuScene.facts(),
+                            .frame = slot.constants.address(),
+                            .sampleIndex = sampleIndex,
+                            .pipeline = [&](const gpu::ShaderSource& source) -> const gpu::Pipeline& {
+                                gpu::ShaderSource specialised = source;
+                                specialised.defines.insert(specialised.defines.end(), defines.begin(), defines.end());
+                                return shared.pipeline(specialised);
+                            }};
+    slot.submission = device.submit([&](gpu::Commands& commands) { executor.record(commands, input); });
+    slot.pending = true;
+    ++frameIndex;
+}
+
+void View::Impl::collect(FrameSlot& slot) {
+    if (!slot.pending) return;
+    device.wait(slot.submission);
+    slot.pending = false;
+    const auto* counters = reinterpret_cast<const uint32_t*>(slot.counters.mapped());
+    stats.rays += counters[shared::kCounterRays];
+    stats.nonfinite += counters[shared::kCounterNonfinite];
+    const std::vector<double> times = executor.passTimes(device.timestamps(slot.submission));
+    for (size_t i = 0; i < times.size() && i < stats.nodes.size(); ++i) stats.nodes[i].ms += times[i];
+}
+
+void View::Impl::collectAll() {
+    for (uint32_t i = 0; i < kFramesInFlight; ++i) collect(slots[(frameIndex + i) % kFramesInFlight]);
+}
+
+double View::prepare() {
+    Impl& v = *impl_;
+    v.gpuScene.update();
+    v.buildGraph();
+    const Stopwatch watch;
+    v.submitFrame(0, true);
+    v.collectAll();
+    v.frameIndex = 0;
+    v.previousCamera.reset();
+    v.executor.resetHistory();
+    return watch.ms();
+}
+
+ImageData View::render(const RenderOptions& options) {
+    Impl& v = *impl_;
+    const double pipelinesBefore = v.shared.pipelineMs;
+    const Stopwatch watch;
+    v.gpuScene.update();
+    v.buildGraph();
+
+    const graph::CompiledGraph& graph = v.executor.graph();
+    v.stats = {};
+    for (const graph::Pass& pass : graph.passes)
+        v.stats.nodes.push_back({pass.name, pass.runs() ? "run" : "skipped", pass.reason, 0});
+    for (const graph::PathClass c : graph.unowned) v.stats.unowned.emplace_back(graph::pathClassName(c));
+    const rt::AccelStats& accel = v.gpuScene.accelStats();
+    v.stats.blasBuilt = accel.blasBuilt;
+    v.stats.blasRefit = accel.blasRefit;
+    v.stats.tlasBuilt = accel.tlasBuilt;
+
+    const auto cancelled = [&] { return options.cancel && options.cancel->load(std::memory_order_relaxed); };
+    for (uint32_t i = 0; i < options.warmup && !cancelled(); ++i) v.submitFrame(0);
+    v.collectAll();
+    const Stopwatch averaging;
+    uint32_t done = 0;
+    const auto finished = [&] {
+        if (done == 0) return false;
+        return cancelled() || (options.seconds > 0 ? averaging.ms() >= 1e3 * options.seconds : done >= options.spp);
+    };
+    while (!finished()) {
+        v.submitFrame(done++);
+        if (options.progress)
+            options.progress(options.seconds > 0 ? std::min(1.0, averaging.ms() / (1e3 * options.seconds))
+                                                 : static_cast<double>(done) / options.spp);
+    }
+    v.collectAll();
+    v.averaged = done;
+    v.stats.spp = done;
+    v.stats.ms = watch.ms() - (v.shared.pipelineMs - pipelinesBefore);
+    v.stats.memoryBytes = v.device.memoryInUse();
+
+    const auto sums = v.readPlane<shared::PixelSums>("composite.sums");
+    ImageData image{v.width, v.height, 4, {}};
+    image.pixels.reserve(4 * sums.size());
+    for (const shared::PixelSums& s : sums) {
+        for (int c = 0; c < 3; ++c) image.pixels.push_back(s.sum[c] / static_cast<float>(done));
+        image.pixels.push_back(1);
+    }
+    return image;
+}
+
+template<class T>
+std::vector<T> View::Impl::readPlane(std::string_view name) {
+    std::vector<T> values;
+    const auto region = executor.region(name);
+    if (!region) return values;
+    values.resize(region.bytes / sizeof(T));
+    device.download(*region.buffer, region.offset, std::as_writable_bytes(std::span(values)));
+    return values;
+}
+
+ImageData View::aov(std::string_view name) {
+    Impl& v = *impl_;
+    const auto frames = static_cast<float>(std::max(v.averaged, 1u));
+    if (name == graph::kVarianceAov) {
+        // Of the mean's luminance, from the sample variance.
+        ImageData image{v.width, v.height, 1, {}};
+        for (const auto& s : v.readPlane<shared::PixelSums>("composite.sums")) {
+            const float mean = glm::dot(s.sum, glm::vec3(0.2126f, 0.7152f, 0.0722f)) / frames;
+            image.pixels.push_back(frames > 1 ? std::max(0.0f, s.squares / frames - mean * mean) / (frames - 1) : 0.0f);
+        }
+        return image;
+    }
+    const auto it =
+        std::find_if(graph::kAovs.begin(), graph::kAovs.end(), [&](const graph::Aov& a) { return a.name == name; });
+    if (it == graph::kAovs.end()) throw inputError("no such AOV", std::string(name), "see trilume render --help");
+    ImageData image{v.width, v.height, it->channels, v.readPlane<float>("composite.aov." + std::string(name))};
+    if (image.pixels.empty())
+        throw inputError("AOV not produced", std::string(name) + " by technique " + v.technique->name,
+                         "choose another technique, or ask for it before rendering");
+    for (float& x : image.pixels) x /= frames;
+    return image;
+}
+
+std::string View::dumpGraph(bool json) const {
+    const auto& graph = impl_->executor.graph();
+    return json ? graph::toJson(graph) : graph::toDot(graph);
+}
+
+} // namespace trilume
