@@ -40,12 +40,9 @@ Device::Impl::~Impl() {
     // A lost device has nothing left to wait for, and its handles may still be destroyed.
     const VkResult idle = vkDeviceWaitIdle(device.handle);
     if (idle != VK_SUCCESS) log::debug("device left in state {}", static_cast<int>(idle));
-    uploads->clear();
-    while (!garbage.empty()) {
-        const auto destroy = std::move(garbage.front().destroy);
-        garbage.pop_front();
-        destroy();
-    }
+    destroyGarbage(frames.submitted() + 1); // staging pages go back to the queue,
+    uploads->clear();                       // which gives them up
+    destroyGarbage(frames.submitted() + 1);
 }
 
 void Device::Impl::retire(std::function<void()> destroy) {
@@ -53,8 +50,9 @@ void Device::Impl::retire(std::function<void()> destroy) {
     garbage.push_back({frames.submitted() + pending, std::move(destroy)});
 }
 
-void Device::Impl::collectGarbage() {
-    const uint64_t completed = frames.completed();
+void Device::Impl::collectGarbage() { destroyGarbage(frames.completed()); }
+
+void Device::Impl::destroyGarbage(uint64_t completed) {
     while (!garbage.empty() && garbage.front().value <= completed) {
         const auto destroy = std::move(garbage.front().destroy);
         garbage.pop_front();

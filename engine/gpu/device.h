@@ -9,6 +9,8 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace trilume::gpu {
@@ -117,6 +119,7 @@ public:
     void dispatch(const Pipeline& pipeline, std::span<const std::byte> push, uint32_t threadsX, uint32_t threadsY = 1,
                   uint32_t threadsZ = 1);
     template<class Push>
+    requires std::is_trivially_copyable_v<Push>
     void dispatch(const Pipeline& pipeline, const Push& push, uint32_t threadsX, uint32_t threadsY = 1,
                   uint32_t threadsZ = 1) {
         dispatch(pipeline, std::as_bytes(std::span(&push, 1)), threadsX, threadsY, threadsZ);

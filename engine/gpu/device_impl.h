@@ -32,6 +32,8 @@ struct Device::Impl {
     void retire(std::function<void()> destroy);
     /// Runs what is due.
     void collectGarbage();
+    /// Runs what was retired up to the timeline value `completed`.
+    void destroyGarbage(uint64_t completed);
     /// Memory for `requirements`, waiting for retired memory when there is no other; throws runError naming `what`.
     Allocation allocate(const VkMemoryRequirements& requirements, Memory memory, MemoryAllocator::Kind kind,
                         std::string_view what, uint64_t bytes);
