@@ -11,7 +11,7 @@ RELMSE_EPSILON = 1e-2
 # ---- files -------------------------------------------------------------------------------------
 
 def read_image(path):
-    """float32 (height, width, 3) of a .pfm, or of whatever OpenImageIO reads; row 0 at the top."""
+    """float32 (height, width, channels) of a .pfm, or of whatever OpenImageIO reads; row 0 at the top."""
     path = Path(path)
     if path.suffix == ".pfm":
         return read_pfm(path)
@@ -20,8 +20,7 @@ def read_image(path):
     buffer = oiio.ImageBuf(str(path))
     if buffer.has_error:
         raise ValueError(f"{path}: {buffer.geterror()}")
-    pixels = np.asarray(buffer.get_pixels(oiio.FLOAT), dtype=np.float32)
-    return pixels[..., :3] if pixels.shape[2] >= 3 else pixels
+    return np.asarray(buffer.get_pixels(oiio.FLOAT), dtype=np.float32)
 
 
 def read_pfm(path):
@@ -35,12 +34,14 @@ def read_pfm(path):
     return data.reshape(height, width, channels)[::-1].astype(np.float32)
 
 
-def write_image(path, image):
+def write_image(path, image, channels=()):
     """float32, ZIP compressed where the format can."""
     import OpenImageIO as oiio
 
     image = np.ascontiguousarray(image, dtype=np.float32)
     spec = oiio.ImageSpec(image.shape[1], image.shape[0], image.shape[2], oiio.FLOAT)
+    if channels:
+        spec.channelnames = channels
     spec.attribute("compression", "zip")
     output = oiio.ImageOutput.create(str(path))
     if not output or not output.open(str(path), spec) or not output.write_image(image):
@@ -101,17 +102,23 @@ def block_means(image, size):
     return image[:rows * size, :columns * size].reshape(rows, size, columns, size, -1).mean(axis=(1, 3))
 
 
-def block_z(images, reference, size, reference_variance=None):
-    """z of each block of the mean of independent `images` against `reference`, (rows, columns, channels).
+def block_t(images, reference, size, mask=None):
+    """Student's t of the mean residual in blocks of size x size pixels, and its degrees of freedom.
 
-    reference_variance: variance of each block's mean in the reference (same shape), or None where it is negligible.
+    images: (n, height, width, channels), independent, as are their pixels; with an exact reference the n size^2 residuals
+    of a block have mean 0, so their own spread tells how far their mean may be from it. Blocks that touch a pixel outside
+    `mask` are left out. Returns (blocks, channels), n size^2 - 1.
     """
-    blocks = np.stack([block_means(i, size) for i in images])
-    variance = blocks.var(axis=0, ddof=1) / len(blocks)
-    if reference_variance is not None:
-        variance = variance + reference_variance
-    difference = blocks.mean(axis=0) - block_means(reference, size)
-    return difference / np.sqrt(np.maximum(variance, 1e-30))
+    residuals = _wide(images) - _wide(reference)
+    count, height, width, channels = residuals.shape
+    rows, columns = height // size, width // size
+    residuals = residuals[:, :rows * size, :columns * size].reshape(count, rows, size, columns, size, channels)
+    residuals = residuals.transpose(1, 3, 0, 2, 4, 5).reshape(rows * columns, count * size * size, channels)
+    if mask is not None:
+        whole = mask[:rows * size, :columns * size].reshape(rows, size, columns, size).all(axis=(1, 3)).ravel()
+        residuals = residuals[whole]
+    error = residuals.std(axis=1, ddof=1) / np.sqrt(residuals.shape[1])
+    return residuals.mean(axis=1) / np.maximum(error, 1e-12), residuals.shape[1] - 1
 
 
 def slope(samples, errors):
@@ -119,16 +126,11 @@ def slope(samples, errors):
     return float(np.polyfit(np.log(samples), np.log(errors), 1)[0])
 
 
-def student_quantile(probability, degrees):
-    """Quantile of Student's t, by bisection on its density's integral: no SciPy needed for one number."""
-    if probability < 0.5:
-        return -student_quantile(1 - probability, degrees)
-    # t = tan(a) sqrt(n) turns the density into cos(a)^(n-1) on (-pi/2, pi/2).
-    angles = np.linspace(-np.pi / 2, np.pi / 2, 400001)
-    density = np.cos(angles) ** (degrees - 1)
-    cumulative = np.concatenate([[0], np.cumsum((density[1:] + density[:-1]) / 2)])
-    angle = np.interp(probability, cumulative / cumulative[-1], angles)
-    return float(np.tan(angle) * np.sqrt(degrees))
+def student_tail(t, degrees):
+    """P(T > t) of Student's t, t >= 0. t = tan(a) sqrt(degrees) turns the density into cos(a)^(degrees - 1)."""
+    tail = np.linspace(np.arctan(t / np.sqrt(degrees)), np.pi / 2, 20001)
+    whole = np.linspace(-np.pi / 2, np.pi / 2, 20001)
+    return float(np.trapezoid(np.cos(tail) ** (degrees - 1), tail) / np.trapezoid(np.cos(whole) ** (degrees - 1), whole))
 
 
 def _wide(image):

@@ -278,9 +278,10 @@ class _Converter:
             "to_world": _transform(frame @ np.diag([-1.0, 1.0, -1.0, 1.0])),
             "fov_axis": "x",
             "fov": math.degrees(2 * math.atan(horizontal / (2 * focal))),
-            # The aperture moves right and up by its offset: the principal point moves the other way in the picture.
-            "principal_point_offset_x": -self.value(camera.GetHorizontalApertureOffsetAttr()) / horizontal,
-            "principal_point_offset_y": self.value(camera.GetVerticalApertureOffsetAttr()) / vertical,
+            # An offset moves the window right and up, so the optical axis left and down in the picture. Mitsuba counts
+            # the same way along x and the other way along y.
+            "principal_point_offset_x": self.value(camera.GetHorizontalApertureOffsetAttr()) / horizontal,
+            "principal_point_offset_y": -self.value(camera.GetVerticalApertureOffsetAttr()) / vertical,
             "near_clip": near * unit,
             "far_clip": far * unit,
             "film": {"type": "hdrfilm", "width": width, "height": height, "pixel_format": "rgb",

@@ -1,0 +1,202 @@
+"""Runs the `trilume` command for tests, and writes the stages that they need."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import tempfile
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+import metrics
+
+ROOT = Path(__file__).resolve().parent.parent
+BUILD = Path(os.environ.get("TRILUME_BUILD", ROOT / "build")).resolve()
+COMMAND = BUILD / "bin" / "trilume"
+CONTENT = ROOT / "content"
+REFERENCES = ROOT / "tests" / "references"
+
+# The heavy versions: references at full size, all scenes everywhere.
+FULL = os.environ.get("TRILUME_FULL", "0") not in ("", "0")
+
+# Size that tests render at: a third of the references', whose 3x3 blocks have the same expected values by the box filter.
+SMALL = (32, 18)
+REFERENCE_SIZE = (96, 54)
+SIZE = REFERENCE_SIZE if FULL else SMALL
+
+ERROR_LINE = re.compile(r"trilume: error: [^:]+: .+: .+")
+
+
+@dataclass
+class Run:
+    """What one run of the command did. `image` is None unless it succeeded with one output."""
+
+    status: int
+    stderr: str
+    seconds: float
+    image: np.ndarray | None = None
+    stats: dict = field(default_factory=dict)
+
+    @property
+    def errors(self):
+        return [line for line in self.stderr.splitlines() if "error" in line.lower()]
+
+
+def run(*arguments, env=None, timeout=600, cwd=None):
+    """Runs the command with `arguments`; never raises for a failing exit status."""
+    begun = time.monotonic()
+    done = subprocess.run([str(COMMAND), *map(str, arguments)], capture_output=True, text=True, errors="replace",
+                          env={**os.environ, **(env or {})}, timeout=timeout, cwd=cwd)
+    return Run(done.returncode, done.stderr, time.monotonic() - begun)
+
+
+def start(*arguments):
+    """A running command, with its standard error in a pipe."""
+    return subprocess.Popen([str(COMMAND), *map(str, arguments)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                            text=True, errors="replace")
+
+
+def interrupt(process, timeout=60):
+    """Sends what Ctrl-C sends; returns (exit status, standard error)."""
+    process.send_signal(signal.SIGINT)
+    _, stderr = process.communicate(timeout=timeout)
+    return process.returncode, stderr
+
+
+class Renderer:
+    """`render(stage, *options)`: one image and its stats. Equal calls are rendered once per test session."""
+
+    def __init__(self, folder):
+        self.folder, self.known = Path(folder), {}
+
+    def __call__(self, stage, *options, size=None, env=None):
+        """stage: a path or the name of a content stage; size: (width, height) in pixels, default SIZE.
+
+        Fails the test when the command fails, the image has another size, or a pixel is not finite.
+        """
+        width, height = size or SIZE
+        stage = find_stage(stage)
+        key = (stage, options, width, height, tuple(sorted((env or {}).items())))
+        if key not in self.known:
+            self.known[key] = self._render(stage, options, width, height, env)
+        return self.known[key]
+
+    def _render(self, stage, options, width, height, env):
+        with tempfile.TemporaryDirectory(dir=self.folder) as folder:
+            output, stats = Path(folder) / "image.pfm", Path(folder) / "stats.json"
+            result = run("render", "--progress", "off", "--stats", stats, "--imageWidth", width, "--imageHeight", height,
+                         *options, stage, output, env=env)
+            assert result.status == 0, f"trilume render {' '.join(map(str, options))} {stage}: {result.stderr}"
+            result.image, result.stats = metrics.read_image(output), json.loads(stats.read_text())
+        assert result.image.shape == (height, width, 3)
+        assert np.isfinite(result.image).all(), "a pixel that is not finite"
+        return result
+
+    def seeds(self, stage, *options, count, first=1, **keywords):
+        """`count` independent images, stacked."""
+        return np.stack([self(stage, *options, "--seed", seed, **keywords).image for seed in range(first, first + count)])
+
+
+def find_stage(stage):
+    path = Path(stage)
+    return path if path.is_absolute() else CONTENT / f"{stage}.usda"
+
+
+@dataclass
+class Reference:
+    """A stored picture by another renderer, at the size that tests render at."""
+
+    image: np.ndarray
+    lamp: np.ndarray          # (height, width): pixels that show a lamp
+    relmse: float             # its own expected relMSE
+    mean_error: float         # standard error of the mean, relative
+
+
+def reference(name, size=None):
+    """tests/references/NAME.exr, averaged down to `size`, default SIZE."""
+    width, height = size or SIZE
+    pixels = metrics.read_image(REFERENCES / f"{name}.exr")
+    facts = json.loads((REFERENCES / f"{name}.json").read_text())
+    factor = pixels.shape[1] // width
+    assert (height * factor, width * factor) == pixels.shape[:2]
+    blocks = metrics.block_means(pixels, factor)
+    return Reference(blocks[..., :3].astype(np.float32), blocks[..., 3] > 0, facts["relmse"] / factor**2,
+                     facts["mean_standard_error"] / facts["mean"])
+
+
+# ---- stages for tests --------------------------------------------------------------------------
+
+HEAD = '#usda 1.0\n(\n    defaultPrim = "World"\n    metersPerUnit = 1\n    upAxis = "Y"\n)\n'
+
+CAMERA = """
+    def Camera "Camera"
+    {
+        float horizontalAperture = 36
+        float verticalAperture = 20.25
+        float focalLength = 30
+        float2 clippingRange = (0.01, 1000)
+        double3 xformOp:translate = (0, 0, 4)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+"""
+
+LAMP = """
+    def SphereLight "Lamp"
+    {
+        float inputs:radius = 0.3
+        float inputs:intensity = 10
+        double3 xformOp:translate = (1, 2, 3)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+"""
+
+SQUARE_POINTS = "[(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]"
+
+
+def mesh(points=SQUARE_POINTS, counts="[4]", indices="[0, 1, 2, 3]", extra="", name="Square", material="Matte"):
+    return f"""
+    def Mesh "{name}" (prepend apiSchemas = ["MaterialBindingAPI"])
+    {{
+        point3f[] points = {points}
+        int[] faceVertexCounts = {counts}
+        int[] faceVertexIndices = {indices}
+        uniform token subdivisionScheme = "none"
+        rel material:binding = </World/{material}>
+        {extra}
+    }}
+"""
+
+
+def matte(albedo=0.8, emission=0.0, name="Matte"):
+    """Lambert."""
+    return f"""
+    def Material "{name}"
+    {{
+        token outputs:surface.connect = </World/{name}/Surface.outputs:surface>
+        def Shader "Surface"
+        {{
+            uniform token info:id = "UsdPreviewSurface"
+            color3f inputs:diffuseColor = ({albedo}, {albedo}, {albedo})
+            color3f inputs:emissiveColor = ({emission}, {emission}, {emission})
+            float inputs:ior = 1
+            float inputs:metallic = 0
+            token outputs:surface
+        }}
+    }}
+"""
+
+
+def write_stage(path, *parts):
+    path.write_text(HEAD + 'def Xform "World"\n{\n' + "".join(parts) + "}\n")
+    return path
+
+
+def require_command():
+    if not COMMAND.exists():
+        raise FileNotFoundError(f"{COMMAND}: not built: run cmake --build, or point TRILUME_BUILD to the build folder")
+
+
