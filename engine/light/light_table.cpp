@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <optional>
 
 namespace trilume {
@@ -55,6 +56,18 @@ double cylinderArea(glm::dvec3 axis, glm::dvec3 v, glm::dvec3 w) {
 struct Emitter {
     shared::Light light{};
     double power = 0; ///< W, by luminance
+};
+
+/// What is gathered before selection probabilities are known.
+struct Emitters {
+    std::vector<shared::Light> lights;
+    std::vector<double> powers;
+
+    uint32_t add(const Emitter& e) {
+        lights.push_back(e.light);
+        powers.push_back(e.power);
+        return uint32_t(lights.size() - 1);
+    }
 };
 
 /// Projected solid angle of a cone, the divisor of UsdLux's `normalize` for distant lights (LightAPI documentation).
@@ -153,7 +166,7 @@ bool placeLight(const LightInput& input, glm::dvec3 origin, double sceneRadius, 
 
 /// Radiance with negative channels at 0; nothing where a channel is not finite, said once per `name`.
 std::optional<glm::vec3> checkedRadiance(glm::vec3 radiance, const std::string& name) {
-    if (!isFinite(radiance)) {
+    if (!isFinite(radiance)) [[unlikely]] {
         log::writeOnce(log::Level::Warning, "light-radiance:" + name,
                        fmt::format("emission is not finite: {}: it is left out", name));
         return std::nullopt;
@@ -182,13 +195,13 @@ std::optional<Emitter> makeEmitter(const LightInput& input, glm::dvec3 origin, d
 }
 
 /// Adds the triangles of one mesh; returns whether any emits.
-bool addTriangles(const EmissiveMeshInput& input, glm::dvec3 origin, std::vector<Emitter>& emitters,
+bool addTriangles(const EmissiveMeshInput& input, glm::dvec3 origin, Emitters& emitters,
                   std::vector<uint32_t>& lightOfTriangle) {
     const Mesh& mesh = *input.mesh;
     const glm::dmat3 linear(input.worldFromLocal);
     const glm::dvec3 translation = glm::dvec3(input.worldFromLocal[3]) - origin;
     const double handedness = glm::determinant(linear) < 0 ? -1 : 1;
-    const size_t before = emitters.size();
+    const size_t before = emitters.lights.size();
     for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
         lightOfTriangle.push_back(shared::kNone);
         const glm::uvec3 t = mesh.triangles[i];
@@ -214,10 +227,9 @@ bool addTriangles(const EmissiveMeshInput& input, glm::dvec3 origin, std::vector
         e.light.normal = glm::vec3(handedness * n / twice);
         e.light.id = input.firstId + i;
         e.power = pi * 0.5 * twice * luminance(*radiance);
-        lightOfTriangle.back() = uint32_t(emitters.size());
-        emitters.push_back(e);
+        lightOfTriangle.back() = emitters.add(e);
     }
-    return emitters.size() > before;
+    return emitters.lights.size() > before;
 }
 
 bool isInfinite(const LightInput& input) {
@@ -230,42 +242,33 @@ LightTable buildLightTable(std::span<const LightInput> inputs, std::span<const E
                            glm::dvec3 origin, double sceneRadius) {
     if (!(sceneRadius > 0) || !std::isfinite(sceneRadius)) sceneRadius = 1;
     LightTable table;
-    std::vector<Emitter> emitters;
+    Emitters emitters;
     table.lightOfInput.assign(inputs.size(), shared::kNone);
     for (const bool infinite : {true, false}) {
         for (size_t i = 0; i < inputs.size(); ++i) {
             if (isInfinite(inputs[i]) != infinite) continue;
             const std::optional<Emitter> e = makeEmitter(inputs[i], origin, sceneRadius);
-            if (!e) continue;
-            table.lightOfInput[i] = uint32_t(emitters.size());
-            emitters.push_back(*e);
+            if (e) table.lightOfInput[i] = emitters.add(*e);
         }
-        if (infinite) table.infiniteCount = uint32_t(emitters.size());
+        if (infinite) table.infiniteCount = uint32_t(emitters.lights.size());
     }
     for (const EmissiveMeshInput& mesh : meshes) {
         const size_t first = table.lightOfTriangle.size();
-        if (addTriangles(mesh, origin, emitters, table.lightOfTriangle)) {
-            table.firstLight.push_back(uint32_t(first));
-        } else {
-            table.lightOfTriangle.resize(first);
-            table.firstLight.push_back(shared::kNone);
-        }
+        const bool emits = addTriangles(mesh, origin, emitters, table.lightOfTriangle);
+        if (!emits) table.lightOfTriangle.resize(first);
+        table.firstLight.push_back(emits ? uint32_t(first) : shared::kNone);
     }
 
-    for (const Emitter& e : emitters) table.power += e.power;
-    std::vector<double> weights;
-    weights.reserve(emitters.size());
-    for (const Emitter& e : emitters) {
-        const double share = table.power > 0 ? e.power / table.power : 0;
-        weights.push_back((1 - kUniformShare) * share + kUniformShare / double(emitters.size()));
+    const double count = double(emitters.lights.size());
+    table.power = std::accumulate(emitters.powers.begin(), emitters.powers.end(), 0.0);
+    std::vector<double> weights = std::move(emitters.powers);
+    for (double& w : weights) {
+        w = (1 - kUniformShare) * (table.power > 0 ? w / table.power : 0) + kUniformShare / count;
     }
     AliasTable alias = buildAliasTable(weights);
     table.alias = std::move(alias.entries);
-    table.lights.reserve(emitters.size());
-    for (size_t i = 0; i < emitters.size(); ++i) {
-        table.lights.push_back(emitters[i].light);
-        table.lights.back().selection = float(alias.probability[i]);
-    }
+    table.lights = std::move(emitters.lights);
+    for (size_t i = 0; i < table.lights.size(); ++i) table.lights[i].selection = float(alias.probability[i]);
     return table;
 }
 

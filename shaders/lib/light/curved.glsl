@@ -60,10 +60,12 @@ LightSample sphereSample(Light light, vec3 position, vec2 u) {
     if (!(d > 1.0)) return kNoLight; // it emits outward
     const float oneMinusCos = sphereOneMinusCos(d);
     const vec3 inCone = sampleCone(u, oneMinusCos);
-    const vec3 w = basisAround(-f.eye / d) * inCone;
     const float offset = d * length(inCone.xy);
     const float t = d * inCone.z - safeSqrt((1.0 - offset) * (1.0 + offset));
-    return curvedSample(light, f, t * w, f.eye + t * w, pdfSolidAngleCone(oneMinusCos));
+    // The point hit, from its offset across the line of sight: the difference to a far eye would lose it.
+    const vec2 across = t * inCone.xy;
+    const vec3 point = basisAround(-f.eye / d) * vec3(across, -safeSqrt(1.0 - dot(across, across)));
+    return curvedSample(light, f, point - f.eye, point, pdfSolidAngleCone(oneMinusCos));
 }
 
 float spherePdf(Light light, vec3 from, vec3 wi) {
@@ -72,11 +74,13 @@ float spherePdf(Light light, vec3 from, vec3 wi) {
     return d > 1.0 ? pdfSolidAngleCone(sphereOneMinusCos(d)) * solidAngleJacobian(f, wi) : 0.0;
 }
 
-// ---- Disk: chords across the line of sight ------------------------------------------------------
+// ---- Disk: chords across the line of sight, or by area when far ----------------------------------
 //
-// The angle in the plane through the receiver and the disk's axis is uniform; on the chord that it selects, the sine of
-// elevation. Both are bounded, so the weight 1 / pdf never exceeds 2 pi, and it is constant in the limit of a close disk;
-// a far disk's density varies as the inverse of the chord's length.
+// Near: the angle in the plane through the receiver and the disk's axis is uniform, and on the chord that it selects, the
+// sine of elevation. Both are bounded, so the weight 1 / pdf never exceeds 2 pi, and it is constant in the limit of a close
+// disk; away from it the density varies as the inverse of the chord's length. From 8 radii on, uniform by area varies less.
+
+const float kDiskFar = 8.0;
 
 struct DiskView {
     vec2 axis;        // unit, local, from the receiver's foot to the centre
@@ -101,7 +105,7 @@ DiskView diskView(vec3 eye) {
     return v;
 }
 
-// Sine of elevation at the end of the chord at h in [0, 2] from the disk's first point; x: half its length, y: its
+// Sine of elevation at the end of the chord at h in [0, 2] from the disk's first point, half the chord's length and its
 // distance from the receiver.
 float chordSine(DiskView v, float h, out float halfChord, out float distance) {
     halfChord = safeSqrt(h * (2.0 - h));
@@ -109,9 +113,19 @@ float chordSine(DiskView v, float h, out float halfChord, out float distance) {
     return halfChord / length(vec2(halfChord, distance));
 }
 
+// d^2 / (pi cos), local.
+float farDiskPdf(vec3 toPoint) {
+    const float d = length(toPoint);
+    return d / abs(toPoint.z) * d * d * kInvPi;
+}
+
 LightSample diskSample(Light light, vec3 position, vec2 u) {
     const LightFrame f = diskFrame(light, position);
     if (!(f.eye.z > 0.0)) return kNoLight;
+    if (length(f.eye) > kDiskFar) {
+        const vec3 toPoint = vec3(sampleDisk(u), 0.0) - f.eye;
+        return curvedSample(light, f, toPoint, vec3(0, 0, 1), farDiskPdf(toPoint));
+    }
     const DiskView v = diskView(f.eye);
     // tan(a0 + angle) by the addition theorem, relative to the first chord.
     const vec2 cosSin = accurateCosSin(u.x * v.angleRange);
@@ -125,16 +139,17 @@ LightSample diskSample(Light light, vec3 position, vec2 u) {
     const float x = clamp(distance * sine / safeSqrt(oneMinusSine * (1.0 + abs(sine))), -halfChord, halfChord);
 
     const vec2 onDisk = (h - 1.0) * v.axis + x * vec2(-v.axis.y, v.axis.x);
-    return curvedSample(light, f, vec3(onDisk - f.eye.xy, -f.eye.z), vec3(0, 0, 1), 0.5 / (v.angleRange * sineEnd));
+    return curvedSample(light, f, vec3(onDisk, 0.0) - f.eye, vec3(0, 0, 1), 0.5 / (v.angleRange * sineEnd));
 }
 
 float diskPdf(Light light, vec3 from, vec3 point, vec3 wi) {
     const LightFrame f = diskFrame(light, from);
     if (!(f.eye.z > 0.0) || dot(wi, light.normal) >= 0.0) return 0.0;
+    const vec2 onDisk = (f.localFromWorld * ((point - light.position) / f.scale)).xy;
+    if (length(f.eye) > kDiskFar) return farDiskPdf(vec3(onDisk, 0.0) - f.eye) * solidAngleJacobian(f, wi);
     const DiskView v = diskView(f.eye);
-    const vec3 onDisk = f.localFromWorld * ((point - light.position) / f.scale);
     float halfChord, distance;
-    const float sineEnd = chordSine(v, clamp(1.0 + dot(onDisk.xy, v.axis), 0.0, 2.0), halfChord, distance);
+    const float sineEnd = chordSine(v, clamp(1.0 + dot(onDisk, v.axis), 0.0, 2.0), halfChord, distance);
     return 0.5 / (v.angleRange * sineEnd) * solidAngleJacobian(f, wi);
 }
 
@@ -183,8 +198,9 @@ LightSample cylinderSample(Light light, vec3 position, vec2 u) {
     const float begin = v.x0 / length(vec2(v.x0, distance));
     const float sine = clamp(begin + u.y * range, -1.0, 1.0);
     const float x = clamp(distance * sine / safeSqrt((1.0 - sine) * (1.0 + sine)), v.x0, v.x1);
-    const vec2 across = distance * (cosSin.x * v.toAxis + cosSin.y * vec2(-v.toAxis.y, v.toAxis.x));
-    return curvedSample(light, f, vec3(x, across), vec3(0.0, f.eye.yz + across), 0.5 / (v.halfAngle * range));
+    const float across = distance * cosSin.y;
+    const vec2 point = across * vec2(-v.toAxis.y, v.toAxis.x) - safeSqrt((1.0 - across) * (1.0 + across)) * v.toAxis;
+    return curvedSample(light, f, vec3(x, point - f.eye.yz), vec3(0.0, point), 0.5 / (v.halfAngle * range));
 }
 
 float cylinderPdf(Light light, vec3 from, vec3 wi) {

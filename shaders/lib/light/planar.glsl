@@ -89,13 +89,14 @@ SphericalRect sphericalRect(Light light, vec3 position) {
     SphericalRect r;
     r.lower = sphericalTriangle(center + 0.5 * (u - v), -u, v);
     r.upper = sphericalTriangle(center + 0.5 * (u + v), -u - v, -u);
-    r.solidAngle = r.lower.solidAngle + r.upper.solidAngle;
+    // A receiver less than 1e-6 of the edges from the plane, just below the diagonal, is where rounding shows in the sum.
+    r.solidAngle = min(r.lower.solidAngle + r.upper.solidAngle, kTwoPi);
     return r;
 }
 
 // Position in units of the edges, from the corner (-1/2, -1/2).
 vec2 sampleSphericalRect(SphericalRect r, vec2 u) {
-    const float part = u.x * r.solidAngle;
+    const float part = u.x * (r.lower.solidAngle + r.upper.solidAngle);
     if (part < r.lower.solidAngle || r.upper.solidAngle <= 0.0) {
         const vec3 w = sampleSphericalTriangle(r.lower, min(part, r.lower.solidAngle), u.y);
         return vec2(w.x + w.z, w.z);
