@@ -36,7 +36,8 @@ struct FrameConstants {
     uint sampleIndex;  // frames since averaging began
     uint seed;
     uint flags;        // kFrame*
-    TL_REF(uint) counters; // kCounter*
+    TL_REF(uint) counters;   // kCounter*
+    TL_REF(uint) bsdfTables; // shared/bsdf_tables.h
 };
 
 TL_CONST uint kFrameSobol = 1;          // sampler.sequence = sobol

@@ -1,0 +1,64 @@
+// Energy that single scattering by GGX surfaces loses, from the tables laid out in shared/bsdf_tables.h.
+// The includer defines TL_BSDF_TABLES, an expression of type uintRef.
+#ifndef TL_LIB_BSDF_TABLES_GLSL
+#define TL_LIB_BSDF_TABLES_GLSL
+
+#include "lib/math.glsl"
+#include "shared/bsdf_tables.h"
+
+float bsdfTableFloat(uint i) { return uintBitsToFloat(TL_BSDF_TABLES.v[i]); }
+vec2 ggxEntry(uint i) { return unpackUnorm2x16(TL_BSDF_TABLES.v[i]); }
+
+// Splits a coordinate in [0, 1] over `size` nodes into the lower node and the share of the next.
+uint tableNode(float x, uint size, out float share) {
+    const float node = min(floor(saturate(x) * float(size - 1u)), float(size - 2u));
+    share = saturate(x) * float(size - 1u) - node;
+    return uint(node);
+}
+
+// x: energy lost with Fresnel factor 1; y: energy reflected with factor (1 - cos)^5. So F0 and F90 give, together,
+// F0 (1 - x - y) + F90 y.
+vec2 ggxEnergy(float cosTheta, float roughness) {
+    vec2 f;
+    const uint x = tableNode(sqrt(cosTheta), kGgxSize, f.x);
+    const uint i = tableNode(roughness, kGgxSize, f.y) * kGgxSize + x;
+    return mix(mix(ggxEntry(i), ggxEntry(i + 1u), f.x), mix(ggxEntry(i + kGgxSize), ggxEntry(i + kGgxSize + 1u), f.x),
+               f.y);
+}
+
+// Cosine-weighted means of the two, and the standard deviation of the second.
+vec3 ggxEnergyMean(float roughness) {
+    float f;
+    const uint i = kGgxMeanOffset + 3u * tableNode(roughness, kGgxSize, f);
+    return mix(vec3(bsdfTableFloat(i), bsdfTableFloat(i + 1u), bsdfTableFloat(i + 2u)),
+               vec3(bsdfTableFloat(i + 3u), bsdfTableFloat(i + 4u), bsdfTableFloat(i + 5u)), f);
+}
+
+float dielectricAxis(float eta) {
+    const float ratio = clamp(2.0 * (eta - 1.0) / (eta + 1.0), -1.0, 1.0);
+    return 0.5 + 0.5 * sign(ratio) * pow(abs(ratio), 1.0 / 3.0);
+}
+
+// Energy that a rough dielectric neither reflects nor refracts; eta: index beyond over index before.
+float dielectricLoss(float cosTheta, float roughness, float eta) {
+    vec3 f;
+    const uint x = tableNode(sqrt(cosTheta), kDielectricSize, f.x);
+    const uint y = tableNode(roughness, kDielectricSize, f.y);
+    const uint z = tableNode(dielectricAxis(eta), kDielectricEtas, f.z);
+    const uint slice = kDielectricSize * kDielectricSize;
+    const uint i = kDielectricOffset + z * slice + y * kDielectricSize + x;
+    const vec4 corners = mix(unpackUnorm4x8(TL_BSDF_TABLES.v[i]), unpackUnorm4x8(TL_BSDF_TABLES.v[i + slice]), f.z);
+    const vec2 row = mix(corners.xz, corners.yw, f.x);
+    return mix(row.x, row.y, f.y);
+}
+
+float dielectricLossMean(float roughness, float eta) {
+    vec2 f;
+    const uint y = tableNode(roughness, kDielectricSize, f.x);
+    const uint z = tableNode(dielectricAxis(eta), kDielectricEtas, f.y);
+    const uint i = kDielectricMeanOffset + z * kDielectricSize + y;
+    return mix(mix(bsdfTableFloat(i), bsdfTableFloat(i + 1u), f.x),
+               mix(bsdfTableFloat(i + kDielectricSize), bsdfTableFloat(i + kDielectricSize + 1u), f.x), f.y);
+}
+
+#endif

@@ -1,0 +1,28 @@
+// Layout of the table of microfacet energies that the BSDF library reads (shaders/lib/bsdf/tables.glsl) and
+// trilume::bsdfTables fills. Axes: x = sqrt(cos theta) over [0, 1], y = perceptual roughness over [0, 1], and for
+// dielectrics z = cbrt(2 (eta - 1) / (eta + 1)) over [-1, 1], eta being the index beyond the surface over the one before it.
+#ifndef TL_SHARED_BSDF_TABLES_H
+#define TL_SHARED_BSDF_TABLES_H
+
+#include "shared/types.h"
+
+TL_BEGIN
+
+// Reflection. Word [y][x]: unorm16 pair, energy lost by single scattering with Fresnel factor 1; energy reflected with
+// factor (1 - cos)^5.
+TL_CONST uint kGgxSize = 32;
+// Per y three floats: cosine-weighted means of the two, and the standard deviation of the second.
+TL_CONST uint kGgxMeanOffset = kGgxSize * kGgxSize;
+
+// Dielectrics. Word [z][y][x]: energy lost at (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) as unorm8, so that one load
+// serves one bilinear lookup.
+TL_CONST uint kDielectricOffset = kGgxMeanOffset + 3 * kGgxSize;
+TL_CONST uint kDielectricSize = 24;
+TL_CONST uint kDielectricEtas = 17;
+// Float [z][y]: cosine-weighted mean.
+TL_CONST uint kDielectricMeanOffset = kDielectricOffset + kDielectricEtas * kDielectricSize * kDielectricSize;
+TL_CONST uint kBsdfTableWords = kDielectricMeanOffset + kDielectricEtas * kDielectricSize;
+
+TL_END
+
+#endif
