@@ -1,6 +1,5 @@
 #pragma once
 
-#include "core/log.h"
 #include "core/version.h"
 #include "plugin/registry.h"
 #include "trilume/plugin.h"
@@ -13,11 +12,12 @@
         return &info;                                                                                                  \
     }                                                                                                                  \
     extern "C" TL_PLUGIN_EXPORT int tlPluginRegister(TlRegistry* registry) {                                           \
+        auto& host = *reinterpret_cast<trilume::Registry*>(registry);                                                  \
         try {                                                                                                          \
-            registerFunction(*reinterpret_cast<trilume::Registry*>(registry));                                         \
+            registerFunction(host);                                                                                    \
             return 0;                                                                                                  \
         } catch (const std::exception& e) {                                                                            \
-            trilume::log::warning("{}: {}", pluginName, e.what());                                                     \
+            host.refuse(e.what());                                                                                     \
             return 1;                                                                                                  \
         }                                                                                                              \
     }

@@ -20,8 +20,8 @@ struct Technique {
     std::string doc;
     std::vector<std::string> nodes;
     std::vector<std::pair<std::string, std::string>> defaults; ///< parameter rows
-    bool reference = false;  ///< converges to the truth under averaging: no denoiser by default
-    int rank = 0;            ///< the technique of highest rank is the default
+    bool reference = false; ///< converges to the truth under averaging: no denoiser by default
+    int rank = 0;           ///< the technique of highest rank is the default
 };
 
 /// Linear float pixels, row 0 at the top, `channels` interleaved.
@@ -44,12 +44,25 @@ using ImageWriter = std::function<void(const std::filesystem::path&, const Image
 using TextureReader = std::function<Texture(const std::filesystem::path&, ColorSpace)>;
 
 /// What plugins register and applications use. Applications are built on this only.
+///
+/// A plugin.json names what its plugin offers: `name`, `library` (a file beside it), and as wanted `version`,
+/// `description`, `nodes`, `sceneReaders` and `imageWriters` (file extensions), `textureReader` (true),
+/// `techniques` (as in techniques.json). Where two plugins offer the same, the first found serves, with a warning.
+///
+/// Plugins stay loaded until the process ends: nodes, readers and scenes that they made hold code of theirs, and some
+/// (an embedded Python) can't be unloaded at all.
+///
+/// Calls may come from several threads.
 class Registry {
 public:
-    /// Reads plugin.json files below `<home>/lib/trilume/plugins` and TRILUME_PLUGIN_PATH without loading any library:
-    /// a plugin is loaded when a node, file extension or technique that it provides is first asked for.
+    /// Reads the plugin.json files in the folders of `<home>/lib/trilume/plugins`, then of each part of
+    /// TRILUME_PLUGIN_PATH (separated by colons), and `<home>/share/trilume/techniques.json`, without loading any
+    /// library: a plugin is loaded when a node or file extension that it offers is first asked for. A file that can't
+    /// be read is skipped with a warning that names it.
     Registry();
     ~Registry();
+    Registry(const Registry&) = delete;
+    Registry& operator=(const Registry&) = delete;
 
     // ---- for plugins ----
     void addNode(NodeType type);
@@ -57,28 +70,38 @@ public:
     void addSceneReader(std::vector<std::string> extensions, SceneReader reader);
     void addImageWriter(std::vector<std::string> extensions, ImageWriter writer);
     void addTextureReader(TextureReader reader);
+    /// Why tlPluginRegister is about to return non-zero; said by TL_PLUGIN.
+    void refuse(std::string reason);
 
     // ---- for applications ----
-    /// Loads one plugin from a directory with plugin.json. Declines with a reason (inputError) on a version or ABI mismatch.
+    /// Loads one plugin from a directory with plugin.json, again where it was declined before. Throws inputError when
+    /// the file is corrupt, the plugin is declined (version, ABI, missing symbol, its own refusal), or another plugin
+    /// of its name is known.
     void loadPlugin(const std::filesystem::path& directory);
+    /// Loads the plugin that offers the node. Throws inputError for an unknown node, with the nearest known one, and
+    /// for one that only a declined plugin offers, with the reason.
     const NodeType& node(std::string_view name);
     const Technique& technique(std::string_view name) const; ///< throws inputError listing the known ones
-    const Technique& defaultTechnique() const;
+    const Technique& defaultTechnique() const;               ///< throws runError when there is no technique at all
     std::span<const Technique> techniques() const;
+    /// Replaces one of the same name. Ends the life of references to techniques.
     void addTechnique(Technique technique);
     /// Throws inputError for a missing file, a directory, an empty file, or an extension nobody reads.
     std::unique_ptr<Scene> readScene(const std::filesystem::path& path);
-    /// By extension; .pfm is built in. Not atomic by itself.
+    /// By extension, whatever its case; .pfm is built in (1 channel as grey, alpha dropped). Not atomic by itself.
+    /// Throws inputError for an extension nobody writes.
     void writeImage(const std::filesystem::path& path, const ImageData& image);
     bool canWriteImage(const std::filesystem::path& path) const;
+    /// Throws inputError for a missing or empty file, or when no plugin reads textures.
     Texture readTexture(const std::filesystem::path& path, ColorSpace colorSpace);
-    /// Rows of the plugins loaded so far and, before that, of none: load a technique's nodes first.
+    /// Rows of the plugins loaded so far: ask for a technique's nodes first.
     const ParamTable& params() const;
 
     struct PluginInfo {
         std::string name, version, description;
         std::filesystem::path directory;
-        std::vector<std::string> nodes, sceneExtensions, imageExtensions;
+        std::vector<std::string> nodes, sceneExtensions, imageExtensions; ///< extensions as `.exr`
+        bool textures = false;
         bool loaded = false;
         std::string declined; ///< why not, when it was
     };
