@@ -82,6 +82,20 @@ Output& output() {
 
 } // namespace
 
+const char* levelName(Level level) {
+    switch (level) {
+    case Level::Debug:
+        return "debug";
+    case Level::Info:
+        return "info";
+    case Level::Warning:
+        return "warning";
+    case Level::Error:
+        return "error";
+    }
+    return "error";
+}
+
 void setSink(Sink sink) {
     if (sink)
         output().sink->set_sinks({std::make_shared<FunctionSink>(std::move(sink))});

@@ -9,6 +9,7 @@
 namespace trilume::log {
 
 enum class Level { Debug, Info, Warning, Error };
+const char* levelName(Level level); ///< "debug", "info", "warning", "error"
 
 /// Receives each message, one line without a newline. Called under a lock, from any thread.
 using Sink = std::function<void(Level, std::string_view)>;
