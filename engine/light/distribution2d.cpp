@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 namespace trilume {
@@ -98,32 +99,38 @@ TextureDistribution buildTextureDistribution(const Texture& texture, TextureDoma
     std::vector<glm::dvec3> rowColors(d.height, glm::dvec3(0));
 
     const auto buildRow = [&](uint32_t row) {
-        // Which texel rows this row of cells sees, filtered, and how much of each.
+        // The texel rows that this row of cells covers, and those that filtering mixes in.
         const uint32_t begin = uint32_t(uint64_t(row) * height / d.height);
-        const uint32_t end =
-            std::min<uint32_t>(height, uint32_t((uint64_t(row + 1) * height + d.height - 1) / d.height));
-        std::vector<double> cells(d.width, 0.0), line(width), filtered(width);
-        glm::dvec3 color(0);
+        const uint32_t end = uint32_t((uint64_t(row + 1) * height + d.height - 1) / d.height);
+        struct Share {
+            double covered = 0, filtered = 0;
+        };
+        std::map<uint32_t, Share> texelRows;
         double covered = 0;
         for (uint32_t y = begin; y < end; ++y) {
             const Overlap overlap(y, height, d.height);
             const double share = overlap.first == row ? overlap.share : 1 - overlap.share;
             covered += share;
-            std::fill(line.begin(), line.end(), 0.0);
+            texelRows[y].covered = share;
             for (int step = -1; step <= 1; ++step) {
-                const uint32_t source = neighbour(y, step, height, wrapsT);
-                for (uint32_t x = 0; x < width; ++x) {
-                    const glm::vec3 c = read(x, source);
-                    line[x] += kTent[step + 1] * luminance(c);
-                    if (step == 0) color += share * glm::dvec3(c);
-                }
+                texelRows[neighbour(y, step, height, wrapsT)].filtered += share * kTent[step + 1];
+            }
+        }
+
+        std::vector<double> cells(d.width, 0.0), line(width);
+        glm::dvec3 color(0);
+        for (const auto& [y, share] : texelRows) {
+            for (uint32_t x = 0; x < width; ++x) {
+                const glm::vec3 c = read(x, y);
+                line[x] = share.filtered * luminance(c);
+                color += share.covered * glm::dvec3(c);
             }
             for (uint32_t x = 0; x < width; ++x) {
                 const double value = kTent[0] * line[neighbour(x, -1, width, wrapsS)] + kTent[1] * line[x] +
                                      kTent[2] * line[neighbour(x, 1, width, wrapsS)];
                 const Overlap across(x, width, d.width);
-                cells[across.first] += share * across.share * value;
-                if (across.share < 1) cells[across.first + 1] += share * (1 - across.share) * value;
+                cells[across.first] += across.share * value;
+                if (across.share < 1) cells[across.first + 1] += (1 - across.share) * value;
             }
         }
         const double measure = sineAt(double(row + 1) / d.height) - sineAt(double(row) / d.height);

@@ -18,6 +18,8 @@ constexpr double kUniformShare = 1e-3;
 
 double luminance(glm::dvec3 c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
+bool isInfinite(const Light& light) { return light.kind == LightKind::Distant || light.kind == LightKind::Dome; }
+
 bool isFinite(glm::dvec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 /// Unit, or `otherwise` where v has no direction.
@@ -26,11 +28,11 @@ glm::dvec3 direction(glm::dvec3 v, glm::dvec3 otherwise) {
     return length > 0 && std::isfinite(length) ? v / length : otherwise;
 }
 
-/// Area of the image of the unit sphere: |cofactor(m) n| over the sphere, by the midpoint rule, which is exact for
-/// similarities and otherwise good to 1e-4 up to aspect 10.
-double ellipsoidArea(const glm::dmat3& m) {
+/// Area of the ellipsoid with half axes u, v and w: the cofactor matrix maps normals times area elements. By the
+/// midpoint rule, good to 1e-4 up to aspect 10.
+double ellipsoidArea(glm::dvec3 u, glm::dvec3 v, glm::dvec3 w) {
     constexpr int kSteps = 128;
-    const glm::dvec3 cx = glm::cross(m[1], m[2]), cy = glm::cross(m[2], m[0]), cz = glm::cross(m[0], m[1]);
+    const glm::dvec3 cx = glm::cross(v, w), cy = glm::cross(w, u), cz = glm::cross(u, v);
     double sum = 0;
     for (int i = 0; i < kSteps; ++i) {
         const double z = (2 * i + 1.0) / kSteps - 1, r = std::sqrt(1 - z * z);
@@ -51,6 +53,12 @@ double cylinderArea(glm::dvec3 axis, glm::dvec3 v, glm::dvec3 w) {
         sum += glm::length(glm::cross(axis, std::cos(phi) * w - std::sin(phi) * v));
     }
     return 2 * pi * sum / kSteps;
+}
+
+/// Whether a and b are orthogonal and equally long, to within float rounding.
+bool alike(glm::dvec3 a, glm::dvec3 b) {
+    const double aa = glm::dot(a, a), bb = glm::dot(b, b);
+    return std::abs(aa - bb) <= 1e-6 * aa && std::abs(glm::dot(a, b)) <= 1e-6 * aa;
 }
 
 struct Emitter {
@@ -76,92 +84,99 @@ double distantSizeFactor(double halfAngle) {
     return halfAngle <= pi / 2 ? s * s * pi : (2 - s * s) * pi;
 }
 
-/// Fills geometry, radiance and power; false when the light emits nothing that can be sampled.
+/// Geometry of a light with a surface, but for its position.
+void placeSurface(const Light& c, const glm::dmat3& linear, shared::Light& light, double& area) {
+    const glm::dvec3 x = linear[0], y = linear[1], z = linear[2];
+    const double handedness = glm::determinant(linear) < 0 ? -1 : 1;
+    glm::dvec3 u = x * double(c.radius), v = y * double(c.radius), w = z * double(c.radius);
+    switch (c.kind) {
+    case LightKind::Rect:
+        light.kind = shared::kLightRect;
+        u = x * double(c.width), v = y * double(c.height);
+        w = -handedness * glm::cross(u, v);
+        area = glm::length(w);
+        break;
+    case LightKind::Disk:
+        light.kind = shared::kLightDisk;
+        w = -handedness * glm::cross(u, v);
+        area = pi * glm::length(w);
+        break;
+    case LightKind::Sphere:
+        light.kind = shared::kLightSphere;
+        light.radius = float(glm::length(w));
+        area = alike(u, v) && alike(v, w) && alike(w, u) ? 4 * pi * glm::dot(w, w) : ellipsoidArea(u, v, w);
+        break;
+    default:
+        light.kind = shared::kLightCylinder;
+        u = x * double(c.length);
+        light.radius = float(glm::length(w));
+        area = cylinderArea(u, v, w);
+        break;
+    }
+    const bool solid = c.kind == LightKind::Sphere || c.kind == LightKind::Cylinder;
+    if (solid && glm::dot(glm::cross(u, v), w) == 0) area = 0; // flattened: it has no inside to emit from
+    light.axisU = glm::vec3(u);
+    light.axisV = glm::vec3(v);
+    light.normal = glm::vec3(direction(w, {0, 0, 1}));
+    light.area = float(area);
+}
+
+/// Directions of a light at infinity.
+void placeDirections(const Light& c, const glm::dmat3& linear, shared::Light& light) {
+    const glm::dvec3 y = direction(linear[1], {0, 1, 0});
+    const glm::dvec3 x = direction(linear[0] - y * glm::dot(linear[0], y), {1, 0, 0});
+    const glm::dvec3 z = direction(linear[2], {0, 0, 1});
+    light.axisU = glm::vec3(x);
+    light.axisV = glm::vec3(y);
+    if (c.kind == LightKind::Dome) {
+        light.kind = shared::kLightDome;
+        light.normal = glm::vec3(direction(z - y * glm::dot(z, y) - x * glm::dot(z, x), glm::cross(x, y)));
+    } else {
+        light.kind = shared::kLightDistant;
+        light.normal = glm::vec3(-z);
+    }
+}
+
+/// The cone of a distant light, with `normalize` applied. Returns irradiance on a facing surface / radiance.
+double placeCone(const Light& c, shared::Light& light, glm::dvec3& radiance) {
+    const double halfAngle = std::clamp(glm::radians(double(c.angle)) / 2, 0.0, pi);
+    const double sizeFactor = distantSizeFactor(halfAngle);
+    light.radius = float(2 * std::pow(std::sin(halfAngle / 2), 2));
+    light.cosHalfAngle = float(std::cos(halfAngle));
+    if (light.radius > 0) {
+        if (c.normalize) radiance /= sizeFactor;
+        return sizeFactor;
+    }
+    if (halfAngle > 0 && !c.normalize) radiance *= sizeFactor; // too narrow for a float: one direction
+    return 1;
+}
+
+/// Geometry, radiance and power; false when nothing of the light can be sampled.
 bool placeLight(const LightInput& input, glm::dvec3 origin, double sceneRadius, Emitter& e) {
     const Light& c = *input.component;
     const glm::dmat3 linear(input.worldFromLocal);
-    const glm::dvec3 x = linear[0], y = linear[1], z = linear[2];
-    const double handedness = glm::determinant(linear) < 0 ? -1 : 1;
-    glm::dvec3 radiance(c.radiance), u(0), v(0), normal(0, 0, 1);
-    double area = 0, radius = 0, measure = 0; // power = luminance(radiance) * measure
-
+    glm::dvec3 radiance(c.radiance);
+    double measure = 0; // power = luminance * measure
     e.light.cosHalfAngle = 1;
-    switch (c.kind) {
-    case LightKind::Rect:
-        e.light.kind = shared::kLightRect;
-        u = x * double(c.width), v = y * double(c.height);
-        area = glm::length(glm::cross(u, v));
-        normal = direction(-handedness * glm::cross(u, v), normal);
-        break;
-    case LightKind::Disk:
-        e.light.kind = shared::kLightDisk;
-        u = x * double(c.radius), v = y * double(c.radius);
-        area = pi * glm::length(glm::cross(u, v));
-        normal = direction(-handedness * glm::cross(u, v), normal);
-        break;
-    case LightKind::Sphere:
-        e.light.kind = shared::kLightSphere;
-        u = x * double(c.radius), v = y * double(c.radius);
-        radius = glm::length(z) * c.radius;
-        normal = direction(z, normal);
-        if (glm::determinant(glm::dmat3(u, v, z * double(c.radius))) != 0) {
-            area = ellipsoidArea(glm::dmat3(u, v, normal * radius));
-        }
-        break;
-    case LightKind::Cylinder:
-        e.light.kind = shared::kLightCylinder;
-        u = x * double(c.length), v = y * double(c.radius);
-        radius = glm::length(z) * c.radius;
-        normal = direction(z, normal);
-        if (glm::determinant(glm::dmat3(u, v, z * double(c.radius))) != 0) area = cylinderArea(u, v, normal * radius);
-        break;
-    case LightKind::Distant: {
-        e.light.kind = shared::kLightDistant;
-        const double halfAngle = std::clamp(glm::radians(double(c.angle)) / 2, 0.0, pi);
-        normal = direction(-z, -normal);
-        u = direction(x, {1, 0, 0}), v = direction(y, {0, 1, 0});
-        radius = 2 * std::pow(std::sin(halfAngle / 2), 2);
-        e.light.cosHalfAngle = float(std::cos(halfAngle));
-        measure = distantSizeFactor(halfAngle);
-        if (float(radius) > 0) {
-            if (c.normalize) radiance /= measure;
-        } else { // one direction: irradiance
-            if (halfAngle > 0 && !c.normalize) radiance *= measure;
-            radius = 0;
-            measure = 1;
-        }
-        measure *= pi * sceneRadius * sceneRadius;
-        break;
-    }
-    case LightKind::Dome:
-        e.light.kind = shared::kLightDome;
-        v = direction(y, {0, 1, 0});
-        u = direction(x - v * glm::dot(x, v), {1, 0, 0});
-        normal = direction(z - v * glm::dot(z, v) - u * glm::dot(z, u), glm::cross(u, v));
-        measure = 4 * pi * pi * sceneRadius * sceneRadius;
-        break;
-    }
-    const bool infinite = c.kind == LightKind::Distant || c.kind == LightKind::Dome;
-    if (!infinite) {
-        if (c.normalize) radiance /= area; // not finite for area 0: refused below
+    if (isInfinite(c)) {
+        placeDirections(c, linear, e.light);
+        const double fluence = c.kind == LightKind::Dome ? 4 * pi : placeCone(c, e.light, radiance);
+        measure = fluence * pi * sceneRadius * sceneRadius;
+    } else {
+        double area = 0;
+        placeSurface(c, linear, e.light, area);
+        if (!(e.light.area > 0)) return false;
+        if (c.normalize) radiance /= area;
         measure = pi * area;
-        if (!(float(area) > 0)) return false;
+        e.light.position = glm::vec3(glm::dvec3(input.worldFromLocal[3]) - origin);
     }
-    if (!(luminance(radiance) > 0)) return false;
-
     e.light.radiance = glm::vec3(radiance);
-    e.light.position = infinite ? glm::vec3(0) : glm::vec3(glm::dvec3(input.worldFromLocal[3]) - origin);
-    e.light.area = float(area);
-    e.light.axisU = glm::vec3(u);
-    e.light.axisV = glm::vec3(v);
-    e.light.radius = float(radius);
-    e.light.normal = glm::vec3(normal);
     e.light.instance = input.instance;
     e.light.image = input.image;
     e.light.distribution = input.distribution;
     e.light.id = input.id;
     e.power = measure * luminance(radiance * glm::dvec3(input.textureMean));
-    return true;
+    return luminance(radiance) > 0;
 }
 
 /// Radiance with negative channels at 0; nothing where a channel is not finite, said once per `name`.
@@ -232,10 +247,6 @@ bool addTriangles(const EmissiveMeshInput& input, glm::dvec3 origin, Emitters& e
     return emitters.lights.size() > before;
 }
 
-bool isInfinite(const LightInput& input) {
-    return input.component->kind == LightKind::Distant || input.component->kind == LightKind::Dome;
-}
-
 } // namespace
 
 LightTable buildLightTable(std::span<const LightInput> inputs, std::span<const EmissiveMeshInput> meshes,
@@ -246,7 +257,7 @@ LightTable buildLightTable(std::span<const LightInput> inputs, std::span<const E
     table.lightOfInput.assign(inputs.size(), shared::kNone);
     for (const bool infinite : {true, false}) {
         for (size_t i = 0; i < inputs.size(); ++i) {
-            if (isInfinite(inputs[i]) != infinite) continue;
+            if (isInfinite(*inputs[i].component) != infinite) continue;
             const std::optional<Emitter> e = makeEmitter(inputs[i], origin, sceneRadius);
             if (e) table.lightOfInput[i] = emitters.add(*e);
         }

@@ -211,6 +211,31 @@ TEST_F(LightLibrary, ExtremesStayFiniteAndBounded) {
     EXPECT_GT(lit, answers.size() / 4);
 }
 
+/// Van Oosterom & Strackee's solid angle in double precision.
+double solidAngle(dvec3 a, dvec3 b, dvec3 c) {
+    const double la = glm::length(a), lb = glm::length(b), lc = glm::length(c);
+    return 2 * std::atan2(std::abs(glm::dot(a, glm::cross(b - a, c - a))),
+                          la * lb * lc + glm::dot(a, b) * lc + glm::dot(b, c) * la + glm::dot(a, c) * lb);
+}
+
+TEST_F(LightLibrary, DensityKeepsRelativePrecisionHoweverSmallTheLight) {
+    std::vector<Query> queries;
+    std::vector<double> expected;
+    for (const double size : {1.0, 1e-2, 1e-4, 1e-6}) {
+        for (const vec3 p : {vec3(0.1f, 0.2f, -1), vec3(3, 2, -1), vec3(-0.5f, 4, -0.5f)}) {
+            const dmat4 place = glm::scale(dmat4(1), dvec3(size));
+            const auto to = [&](double x, double y) { return size * dvec3(x, y, 0) - dvec3(p); };
+            queries.push_back({triangle({0, 0, 0}, {0, 1, 0}, {1, 0.5f, 0}, place), p, {0, 0, 1}, vec3(0)});
+            expected.push_back(solidAngle(to(0, 0), to(0, 1), to(1, 0.5)));
+            queries.push_back({build({.kind = LightKind::Rect}, place), p, {0, 0, 1}, vec3(0)});
+            expected.push_back(solidAngle(to(-0.5, -0.5), to(0.5, -0.5), to(0.5, 0.5)) +
+                               solidAngle(to(-0.5, -0.5), to(0.5, 0.5), to(-0.5, 0.5)));
+        }
+    }
+    const std::vector<Answer> answers = ask(queries);
+    for (size_t i = 0; i < answers.size(); ++i) EXPECT_NEAR(answers[i].pdfAlongWi * expected[i], 1, 5e-6) << i;
+}
+
 TEST_F(LightLibrary, SelectionIsExactlyTheTables) {
     constexpr uint32_t kDraws = 1 << 21;
     std::vector<Light> components(1000);
