@@ -24,8 +24,8 @@ vec4 unpackBytes(uint word) {
 // Where the ray enters each child's box; kBvhMiss where it does not, or not within the limits.
 const float kBvhMiss = 3.4e38;
 vec4 intersectChildren(BvhNode node, vec3 origin, vec3 inverse, float tMin, float tMax) {
-    const vec3 scale = uintBitsToFloat(uvec3(node.exponents << 23, (node.exponents << 15) & 0x7f800000u,
-                                             (node.exponents << 7) & 0x7f800000u));
+    const vec3 scale =
+        uintBitsToFloat((uvec3(node.exponents) << uvec3(23, 15, 7)) & 0x7f800000u);
     // Plane q lies at t = q * slope + start. Both are rounded, relative to themselves, fewer than eight times: widening
     // every interval by that much keeps rays on the borders of boxes from falling through (Ize 2013).
     const vec3 slope = scale * inverse;
@@ -76,7 +76,7 @@ bool walkScene(vec3 worldOrigin, vec3 worldDirection, float tMin, float tMax, ui
     uint instance = kNone; // none: at the top level
     uint next = 0;
 
-    while (next != kTraceDone) {
+    for (;;) {
         while (next < kBvhLeafBit) {
             const BvhNode node = nodes.v[next];
             vec4 t = intersectChildren(node, origin, inverse, tMin, hit.t);
@@ -100,6 +100,7 @@ bool walkScene(vec3 worldOrigin, vec3 worldDirection, float tMin, float tMax, ui
             }
         }
 
+        if (next == kTraceDone) break;
         const uint first = next & kBvhLeafFirstMask;
         const uint count = (next >> kBvhLeafCountShift) & kBvhLeafCountMask;
         if (instance == kNone) {
@@ -142,7 +143,8 @@ bool walkScene(vec3 worldOrigin, vec3 worldDirection, float tMin, float tMax, ui
                 }
             }
         }
-        next = anyHit && hit.instance != kNone ? kTraceDone : stack[--height];
+        if (anyHit && hit.instance != kNone) break;
+        next = stack[--height];
     }
     return hit.instance != kNone;
 }

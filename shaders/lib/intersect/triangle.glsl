@@ -26,14 +26,23 @@ RayShear rayShear(vec3 direction) {
     return shear;
 }
 
-// A corner relative to the ray's origin, sheared. `precise` and the spelt-out order give a corner the same value in every
-// triangle that shares it: that is what closes the edges. The zeros in the rows make two of the products exact.
+// A corner relative to the ray's origin, sheared. `precise` gives a corner the same value in every triangle that shares
+// it: that is what closes the edges.
 vec3 shearCorner(RayShear shear, vec3 corner) {
     precise vec3 s;
-    s.x = shear.x.x * corner.x + (shear.x.y * corner.y + shear.x.z * corner.z);
-    s.y = shear.y.x * corner.x + (shear.y.y * corner.y + shear.y.z * corner.z);
-    s.z = shear.z.x * corner.x + (shear.z.y * corner.y + shear.z.z * corner.z);
+    s.x = fma(shear.x.x, corner.x, fma(shear.x.y, corner.y, shear.x.z * corner.z));
+    s.y = fma(shear.y.x, corner.x, fma(shear.y.y, corner.y, shear.y.z * corner.z));
+    s.z = fma(shear.z.x, corner.x, fma(shear.z.y, corner.y, shear.z.z * corner.z));
     return s;
+}
+
+// a b - c d to 1.5 ulp, so with the exact result's sign: the residual of the rounded product is representable (Kahan).
+float differenceOfProducts(float a, float b, float c, float d) {
+    precise const float product = c * d;
+    precise const float residual = fma(-c, d, product);
+    precise const float difference = fma(a, b, -product);
+    precise const float result = difference + residual;
+    return result;
 }
 
 // Corners are relative to the ray's origin. On a hit with tMin < t < tMax sets t and the barycentrics of corners 1 and 2.
@@ -42,11 +51,11 @@ bool intersectTriangle(RayShear shear, vec3 corner0, vec3 corner1, vec3 corner2,
     const vec3 a = shearCorner(shear, corner0);
     const vec3 b = shearCorner(shear, corner1);
     const vec3 c = shearCorner(shear, corner2);
-    // Scaled barycentrics. Each product is rounded on its own, so a neighbour that sees the edge reversed finds exactly the
-    // opposite sign; where rounding makes one 0, both triangles take the ray.
-    precise const float u = c.x * b.y - c.y * b.x;
-    precise const float v = a.x * c.y - a.y * c.x;
-    precise const float w = b.x * a.y - b.y * a.x;
+    // Scaled barycentrics. Their signs are exact, so a neighbour that sees an edge reversed agrees on the side, without the
+    // paper's fallback to double precision; and needles keep an accurate t.
+    const float u = differenceOfProducts(c.x, b.y, c.y, b.x);
+    const float v = differenceOfProducts(a.x, c.y, a.y, c.x);
+    const float w = differenceOfProducts(b.x, a.y, b.y, a.x);
     const float determinant = u + v + w;
     const float inverse = 1 / determinant;
     t = (u * a.z + v * b.z + w * c.z) * inverse;

@@ -1,0 +1,184 @@
+#include "rt/accel.h"
+
+#include "core/clock.h"
+#include "core/error.h"
+#include "rt/accel_backend.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace trilume::rt {
+namespace {
+
+/// A box around the shape under `m`, in double precision. Shapes are unit shapes: shared/scene.h.
+std::array<glm::dvec3, 2> placedBox(uint32_t shape, const Box& mesh, const glm::dmat4x3& m) {
+    glm::dvec3 center = m[3], reach(0);
+    if (shape == shared::kShapeMesh) {
+        const glm::dvec3 low(mesh.min), high(mesh.max);
+        center = m * glm::dvec4((low + high) * 0.5, 1.0);
+        const glm::dvec3 half = (high - low) * 0.5;
+        reach = glm::abs(m[0]) * half.x + glm::abs(m[1]) * half.y + glm::abs(m[2]) * half.z;
+    } else if (shape == shared::kShapeSphere) {
+        reach = glm::sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
+    } else if (shape == shared::kShapeRect) {
+        reach = (glm::abs(m[0]) + glm::abs(m[1])) * 0.5;
+    } else if (shape == shared::kShapeDisk) {
+        reach = glm::sqrt(m[0] * m[0] + m[1] * m[1]);
+    } else {
+        reach = glm::abs(m[0]) * 0.5 + glm::sqrt(m[1] * m[1] + m[2] * m[2]);
+    }
+    return {center - reach, center + reach};
+}
+
+/// Empty when the instance can't be hit.
+Box worldBounds(const InstanceInput& instance, const Box& mesh) {
+    const glm::dmat4x3 m(instance.worldFromLocal);
+    const double determinant = glm::dot(m[0], glm::cross(m[1], m[2]));
+    if ((instance.shape == shared::kShapeMesh && mesh.empty()) || determinant == 0.0 || !std::isfinite(determinant)) {
+        return {};
+    }
+    auto [low, high] = placedBox(instance.shape, mesh, m);
+    // Rays are moved into local space in single precision: allow for what rounding moves them there.
+    const glm::dvec3 slack = glm::max(glm::abs(low), glm::abs(high)) * 1e-6;
+    const Box box{glm::vec3(low - slack), glm::vec3(high + slack)};
+    const glm::vec3 greatest = glm::max(glm::abs(box.min), glm::abs(box.max));
+    return greatest.x <= 1e18f && greatest.y <= 1e18f && greatest.z <= 1e18f ? box : Box{};
+}
+
+gpu::Tracer choose(const gpu::Device& device, gpu::Tracer tracer) {
+    if (tracer == gpu::Tracer::Query && !device.rayQuery()) {
+        throw inputError("device has no ray queries (VK_KHR_ray_query)", device.info().name,
+                         "use --tracer compute or another device");
+    }
+    if (tracer != gpu::Tracer::Auto) return tracer;
+    return device.rayQuery() && !device.isCpu() ? gpu::Tracer::Query : gpu::Tracer::Compute;
+}
+
+} // namespace
+
+struct SceneAccel::Mesh {
+    std::vector<glm::uvec3> triangles;
+    std::string name;
+    Box bounds;
+    MeshAccelReport report;
+    std::vector<bool> usable; ///< per triangle; kept for deforming meshes
+    bool deforming = false;
+    bool alive = false;
+};
+
+struct SceneAccel::State {
+    std::unique_ptr<AccelBackend> backend;
+    std::vector<Mesh> meshes;
+    std::vector<uint32_t> freeSlots;
+    std::vector<InstanceInput> instances;
+    bool topOutdated = true;
+    AccelStats stats;
+
+    Mesh& at(MeshAccelId id) {
+        if (id.slot >= meshes.size() || !meshes[id.slot].alive) {
+            throw runError("no such mesh", "acceleration structure", "the handle was removed before, or never given");
+        }
+        return meshes[id.slot];
+    }
+
+    /// Builds or refits the mesh in `slot`.
+    void place(uint32_t slot, std::span<const glm::vec3> positions, bool mayRefit) {
+        const Stopwatch watch;
+        Mesh& mesh = meshes[slot];
+        const TriangleInput input = triangleBoxes(positions, mesh.triangles, TaskPool::shared());
+        std::vector<bool> usable;
+        if (mesh.deforming) {
+            usable.reserve(input.boxes.size());
+            for (const Box& box : input.boxes) usable.push_back(!box.empty());
+        }
+        // Refitting keeps the set of triangles.
+        mayRefit = mayRefit && mesh.deforming && usable == mesh.usable;
+        const MeshInput from{positions, mesh.triangles, input, mesh.deforming, mesh.name};
+        if (mayRefit && backend->refit(slot, from)) {
+            ++stats.blasRefit;
+        } else {
+            backend->build(slot, from);
+            ++stats.blasBuilt;
+        }
+        mesh.usable = std::move(usable);
+        mesh.report = {input.invalid, input.degenerate};
+        mesh.bounds = {};
+        for (const Box& box : input.boxes) mesh.bounds.grow(box);
+        topOutdated = true;
+        stats.buildMs += watch.ms();
+    }
+};
+
+SceneAccel::SceneAccel(gpu::Device& device, gpu::Tracer tracer)
+    : tracer_(choose(device, tracer)), state_(std::make_unique<State>()) {
+    state_->backend = tracer_ == gpu::Tracer::Query ? createQueryBackend(device) : createComputeBackend(device);
+}
+
+SceneAccel::~SceneAccel() = default;
+
+MeshAccelId SceneAccel::addMesh(std::span<const glm::vec3> positions, std::span<const glm::uvec3> triangles,
+                                bool deforming, std::string_view name) {
+    uint32_t slot = static_cast<uint32_t>(state_->meshes.size());
+    if (state_->freeSlots.empty()) {
+        state_->meshes.emplace_back();
+    } else {
+        slot = state_->freeSlots.back();
+        state_->freeSlots.pop_back();
+    }
+    Mesh& mesh = state_->meshes[slot];
+    mesh.triangles.assign(triangles.begin(), triangles.end());
+    mesh.name = name;
+    mesh.deforming = deforming;
+    mesh.alive = true;
+    state_->place(slot, positions, false);
+    return {slot};
+}
+
+void SceneAccel::updateMesh(MeshAccelId id, std::span<const glm::vec3> positions) {
+    state_->at(id);
+    state_->place(id.slot, positions, true);
+}
+
+void SceneAccel::removeMesh(MeshAccelId id) {
+    state_->at(id) = {};
+    state_->backend->remove(id.slot);
+    state_->freeSlots.push_back(id.slot);
+    state_->topOutdated = true;
+}
+
+MeshAccelAddresses SceneAccel::addresses(MeshAccelId id) const {
+    state_->at(id);
+    return state_->backend->addresses(id.slot);
+}
+
+MeshAccelReport SceneAccel::report(MeshAccelId id) const { return state_->at(id).report; }
+
+void SceneAccel::setInstances(std::span<const InstanceInput> instances) {
+    State& state = *state_;
+    if (!state.topOutdated && std::ranges::equal(instances, state.instances)) return;
+    const Stopwatch watch;
+    state.instances.assign(instances.begin(), instances.end());
+    std::vector<PlacedInstance> placed;
+    placed.reserve(instances.size());
+    for (uint32_t i = 0; i < instances.size(); ++i) {
+        const InstanceInput& instance = state.instances[i];
+        Box mesh;
+        if (instance.shape == shared::kShapeMesh && instance.mesh) mesh = state.at(instance.mesh).bounds;
+        const Box bounds = worldBounds(instance, mesh);
+        if (!bounds.empty() && instance.mask != 0) placed.push_back({i, &instance, bounds});
+    }
+    state.backend->buildTop(placed);
+    state.topOutdated = false;
+    ++state.stats.tlasBuilt;
+    state.stats.buildMs += watch.ms();
+}
+
+VkDeviceAddress SceneAccel::topNodes() const { return state_->backend->topNodes(); }
+VkDeviceAddress SceneAccel::topInstances() const { return state_->backend->topInstances(); }
+
+void SceneAccel::beginUpdate() { state_->stats = {}; }
+const AccelStats& SceneAccel::stats() const { return state_->stats; }
+
+} // namespace trilume::rt

@@ -1,0 +1,42 @@
+#pragma once
+
+#include "rt/accel.h"
+#include "rt/bvh.h"
+
+#include <string>
+
+namespace trilume::rt {
+
+struct MeshInput {
+    std::span<const glm::vec3> positions;
+    std::span<const glm::uvec3> triangles;
+    const TriangleInput& usable;
+    bool deforming;
+    const std::string& name;
+};
+
+/// An instance that can be hit.
+struct PlacedInstance {
+    uint32_t index; ///< in the scene's table
+    const InstanceInput* input;
+    Box bounds; ///< world
+};
+
+/// What differs between the tracers. Slots are chosen by the caller; a build replaces what the slot held.
+class AccelBackend {
+public:
+    virtual ~AccelBackend() = default;
+    virtual void build(uint32_t slot, const MeshInput& mesh) = 0;
+    /// The same triangles with new positions; false, with the slot unchanged in use, when building anew is due.
+    virtual bool refit(uint32_t slot, const MeshInput& mesh) = 0;
+    virtual void remove(uint32_t slot) = 0;
+    virtual MeshAccelAddresses addresses(uint32_t slot) const = 0;
+    virtual void buildTop(std::span<const PlacedInstance> instances) = 0;
+    virtual VkDeviceAddress topNodes() const = 0;
+    virtual VkDeviceAddress topInstances() const = 0;
+};
+
+std::unique_ptr<AccelBackend> createComputeBackend(gpu::Device& device);
+std::unique_ptr<AccelBackend> createQueryBackend(gpu::Device& device);
+
+} // namespace trilume::rt

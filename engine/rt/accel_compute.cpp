@@ -1,0 +1,94 @@
+// The compute tracer's structures: our own BVH, built on the CPU.
+#include "rt/accel_backend.h"
+
+namespace trilume::rt {
+namespace {
+
+/// Refitting goes on while a ray's expected cost stays within this factor of the built structure's.
+constexpr float kDecay = 1.5f;
+
+class ComputeBackend final : public AccelBackend {
+public:
+    explicit ComputeBackend(gpu::Device& device) : device_(device) {}
+
+    void build(uint32_t slot, const MeshInput& mesh) override {
+        if (slot >= meshes_.size()) meshes_.resize(slot + 1);
+        Mesh& m = meshes_[slot];
+        m.bvh = buildBvh(mesh.usable.boxes, {}, TaskPool::shared());
+        m.builtCost = m.bvh.cost;
+        upload(m, mesh);
+        if (!mesh.deforming) m.bvh = {};
+    }
+
+    bool refit(uint32_t slot, const MeshInput& mesh) override {
+        Mesh& m = meshes_[slot];
+        refitBvh(m.bvh, mesh.usable.boxes, {});
+        if (m.bvh.cost > kDecay * m.builtCost) return false;
+        upload(m, mesh);
+        return true;
+    }
+
+    void remove(uint32_t slot) override { meshes_[slot] = {}; }
+
+    MeshAccelAddresses addresses(uint32_t slot) const override {
+        return {meshes_[slot].nodes.address(), meshes_[slot].triangles.address(), 0};
+    }
+
+    void buildTop(std::span<const PlacedInstance> instances) override {
+        std::vector<Box> boxes;
+        boxes.reserve(instances.size());
+        for (const PlacedInstance& instance : instances) boxes.push_back(instance.bounds);
+        BvhOptions options;
+        options.maxDepth = shared::kBvhTopDepth;
+        options.maxLeafSize = 1;
+        Bvh bvh = buildBvh(boxes, options, TaskPool::shared());
+        for (uint32_t& index : bvh.order) index = instances[index].index;
+        store<shared::BvhNode>(topNodes_, bvh.nodes, "top-level BVH");
+        store<uint32_t>(topInstances_, bvh.order, "top-level BVH");
+    }
+
+    VkDeviceAddress topNodes() const override { return topNodes_.address(); }
+    VkDeviceAddress topInstances() const override { return topInstances_.address(); }
+
+private:
+    struct Mesh {
+        Bvh bvh; ///< kept for deforming meshes
+        float builtCost = 0.0f;
+        gpu::Buffer nodes, triangles;
+    };
+
+    void upload(Mesh& m, const MeshInput& mesh) {
+        std::vector<shared::LeafTriangle> triangles(m.bvh.order.size());
+        TaskPool::shared().parallelFor(triangles.size(), 1 << 15, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; ++i) {
+                const uint32_t triangle = m.bvh.order[i];
+                const glm::uvec3 corners = mesh.triangles[triangle];
+                triangles[i] = {mesh.positions[corners.x], mesh.positions[corners.y], mesh.positions[corners.z],
+                                triangle};
+            }
+        });
+        store<shared::BvhNode>(m.nodes, m.bvh.nodes, mesh.name);
+        store<shared::LeafTriangle>(m.triangles, triangles, mesh.name);
+    }
+
+    /// Puts the data into the buffer, or into a new one where it does not fit.
+    template<class T>
+    void store(gpu::Buffer& buffer, std::span<const T> data, std::string_view what) {
+        if (data.size_bytes() > buffer.size() || !buffer) {
+            buffer = device_.createBuffer(data.size_bytes(), gpu::Memory::Device, what);
+        }
+        if (!data.empty()) device_.upload(buffer, 0, std::as_bytes(data));
+    }
+
+    gpu::Device& device_;
+    std::vector<Mesh> meshes_;
+    gpu::Buffer topNodes_, topInstances_;
+};
+
+} // namespace
+
+std::unique_ptr<AccelBackend> createComputeBackend(gpu::Device& device) {
+    return std::make_unique<ComputeBackend>(device);
+}
+
+} // namespace trilume::rt
