@@ -31,7 +31,7 @@ def cases():
             case = {**shared, "reference": image["stage"], **image}
             case["flags"] = suite["flags"] + image.get("flags", [])
             case["tolerance"] = {**suite["tolerance"], **image.get("tolerance", {})}
-            yield pytest.param(case, id=f"{file.stem}-{case['reference']}")
+            yield pytest.param(case, id=f"{file.stem}-{case['stage']}-{case['reference']}")
 
 
 @pytest.fixture(scope="module")

@@ -47,8 +47,8 @@ class Reference:
 
 REFERENCES = {
     name: Reference(f"content/{name}.usda", caustic=name == "cornell_glass")
-    for name in ("cornell_empty", "cornell_big_light", "cornell_glass", "cornell_light_sphere", "one_box", "five_boxes",
-                 "maze", "white_room")
+    for name in ("cornell_empty", "cornell_big_light", "cornell_glass", "cornell_light_sphere", "one_box", "maze",
+                 "white_room")  # five_boxes is the picture of one_box: that is its point
 } | {
     f"{name}.direct": Reference(f"content/{name}.usda", direct=True) for name in ("cornell_light_sphere", "one_box", "maze")
 } | {
