@@ -106,13 +106,12 @@ def test_without_next_event_estimation(render):
     assert metrics.student_tail(np.abs(t).max(), degrees) * 2 * t.size > 1e-6
 
 
-@pytest.mark.parametrize("technique, spp", [("pathtrace", 1024), ("raytrace", 1024)])
-def test_five_boxes_are_as_bright_as_one(render, technique, spp):
+@pytest.mark.parametrize("technique", ["pathtrace", "raytrace"])
+def test_five_boxes_are_as_bright_as_one(render, technique):
     """The darkening test: four more lamps out of sight change nothing."""
-    one = render.seeds("one_box", "-t", technique, "--spp", spp, count=4)
-    five = render.seeds("five_boxes", "-t", technique, "--spp", spp, count=4)
-    ratios = five.mean(axis=(1, 2, 3)) / one.mean(axis=(1, 2, 3))
-    assert ratios.mean() == pytest.approx(1, abs=0.005), ratios
+    one = render.seeds("one_box", "-t", technique, "--spp", 2048, count=2)
+    five = render.seeds("five_boxes", "-t", technique, "--spp", 2048, count=2)
+    assert metrics.mean_ratio(five.mean(axis=0), one.mean(axis=0)) == pytest.approx(1, abs=0.005)
 
 
 def test_uncompensated_light_selection_darkens_as_in_the_paper(render):
