@@ -33,6 +33,11 @@ bool same(const Visibility& a, const Visibility& b) {
     return a.visible == b.visible && a.camera == b.camera && a.shadow == b.shadow;
 }
 
+/// The cause of a Python or USD error, without its source positions.
+std::string reasonOf(const py::error_already_set& error) {
+    return py::module_::import("trilume_usd.diagnostics").attr("reason")(error.value()).cast<std::string>();
+}
+
 /// Writes only what differs, so that change ticks mean changes.
 template<class C>
 void assign(World& world, Entity entity, C component) {
@@ -212,18 +217,19 @@ void StageSource::loadPlacement(const py::object& description) {
 }
 
 /// Copies that are hidden and always will be make no entities.
-void StageSource::place(size_t number, const py::tuple& sample) {
+void StageSource::place(size_t number, const py::object& sampled) {
     Placement& placement = placements_[number];
     const Asset& asset = assets_[placement.asset];
-    if (!asset.usable) return;
+    if (!asset.usable || sampled.is_none()) return;
+    const py::tuple sample = sampled;
     const py::object matrices = sample[0], visible = sample[1];
     const std::span<const double> values = viewOf<double>(matrices);
     const std::span<const bool> shown = viewOf<bool>(visible);
     const py::object description = stage_.attr("placements")[py::int_(number)];
     const bool varying = description.attr("varying").cast<bool>();
-    if (sample[2].cast<bool>() && !varying)
-        log::warning("{}: {}: its transform is singular or not finite: left out", scene_.path,
-                     description.attr("path").cast<std::string>());
+    // With a time-varying transform, scaling to nothing is a way to hide.
+    if (const auto name = sample[2].cast<std::string>(); !name.empty() && !varying)
+        log::warning("{}: {}: its transform is singular or not finite: left out", scene_.path, name);
 
     while (placement.entities.size() > shown.size()) {
         scene_.world.destroy(placement.entities.back());
@@ -286,9 +292,8 @@ void StageSource::setTime(double timeCode) {
         each(2, [&](size_t number, const py::object& sample) { place(number, sample); });
         logWarnings();
     } catch (const py::error_already_set& e) {
-        throw runError(
-            fmt::format("the stage can't be read at time {} ({})", timeCode, py::str(e.value()).cast<std::string>()),
-            scene_.path, "check the time samples there");
+        throw runError(fmt::format("the stage can't be read at time {} ({})", timeCode, reasonOf(e)), scene_.path,
+                       "check the time samples there");
     }
 }
 
@@ -341,8 +346,8 @@ std::unique_ptr<Scene> readStage(const std::filesystem::path& path, const ReadTe
         if (e.matches(reader.attr("StageError")))
             throw inputError(e.value().attr("problem").cast<std::string>(), path.string(),
                              e.value().attr("hint").cast<std::string>());
-        throw runError(fmt::format("the stage can't be read ({})", py::str(e.value()).cast<std::string>()),
-                       path.string(), "check it with usdchecker");
+        throw runError(fmt::format("the stage can't be read ({})", reasonOf(e)), path.string(),
+                       "check it with usdchecker");
     }
     return scene;
 }

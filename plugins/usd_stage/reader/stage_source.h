@@ -53,7 +53,7 @@ private:
     void updateAsset(Asset& asset, const py::object& record);
     void updateMesh(Asset& asset, const py::dict& record);
     bool buildMeshOf(Asset& asset, const py::dict& record, Mesh& mesh);
-    void place(size_t number, const py::tuple& sample);
+    void place(size_t number, const py::object& sample);
     Entity createCopy(const Placement& placement, std::string name);
     void assignComponent(const Asset& asset, const Placement& placement, Entity entity);
     glm::dmat4 localTransform(const Asset& asset, const glm::dmat4& stageFromLocal) const;

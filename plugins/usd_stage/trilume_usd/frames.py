@@ -159,7 +159,8 @@ class Placement:
         self._local = np.eye(4) if local is None else local
 
     def sample(self, moment):
-        """Matrix to the world (n, 4, 4), visible (n,), and whether a transform was unusable: such copies are hidden."""
+        """Matrix to the world (n, 4, 4), visible (n,), and the name of a copy that is hidden because its transform is
+        singular or not finite, or ""."""
         own = self._local @ moment.transform(self._prim, self._frame.root)
         matrices = own @ self._frame.matrices(moment)
         visible = self._frame.visible(moment) & shown(self._switches, moment)
@@ -167,7 +168,8 @@ class Placement:
         matrices[~usable] = np.eye(4)
         linear = matrices[:, :3, :3]
         usable &= np.abs(np.linalg.det(linear)) > 1e-12 * np.prod(np.linalg.norm(linear, axis=2), axis=1)
-        return np.ascontiguousarray(matrices), visible & usable, not usable.all()
+        unusable = "" if usable.all() else self.names(moment)[np.argmin(usable)]
+        return np.ascontiguousarray(matrices), visible & usable, unusable
 
     def names(self, moment):
         suffix = self._frame.suffix(self._prim)

@@ -123,7 +123,8 @@ class Stage:
 
     @quietly
     def sample(self, placement):
-        return placement.sample(self.moment)
+        """See Placement.sample; None, with a warning, when USD fails."""
+        return self._sample(placement)
 
     def names(self, placement):
         return placement.names(self.moment)
@@ -134,13 +135,20 @@ class Stage:
         self.moment = Moment(Usd.TimeCode(time))
         return ([(n, self._read(self.materials[n])) for n in self._varying_materials],
                 [(n, self._read(self.assets[n])) for n in self._varying_assets],
-                [(n, self.placements[n].sample(self.moment)) for n in self._varying_placements])
+                [(n, self._sample(self.placements[n])) for n in self._varying_placements])
 
     def _read(self, item):
         try:
             return item.read(self.moment)
         except Exception as error:
             self.warn(item.path, f"not readable ({reason(error)}): left out")
+            return None
+
+    def _sample(self, placement):
+        try:
+            return placement.sample(self.moment)
+        except Exception as error:
+            self.warn(placement.path, f"its transform is not readable ({reason(error)}): left out")
             return None
 
     # ---- the walk ----------------------------------------------------------------------------------
@@ -188,6 +196,7 @@ class Stage:
             self.warn(prim.GetPath(), "a point instancer that contains itself is left out")
             return
         instances = PointInstances(prim, frame, inherited.moving, inherited.switches, self.warn)
+        instances.sample(self.moment)  # names what is wrong with it, also when nothing is left to place
         for number, root in enumerate(instances.prototypes):
             if root:
                 self._walk(PointInstanceFrame(instances, number), root, Inherited().of(root)._replace(moving=False),
