@@ -96,7 +96,7 @@ Error compileError(const std::string& path, std::string_view log) {
 }
 
 std::vector<uint32_t> compileToSpirv(const SourceTree& tree, const std::string& preamble) {
-    static const bool initialized = glslang::InitializeProcess(); // a second or so of tables, once; never torn down
+    static const bool initialized = glslang::InitializeProcess(); // tables, once; never torn down
     (void)initialized;
 
     glslang::TShader shader(EShLangCompute);
@@ -118,7 +118,7 @@ std::vector<uint32_t> compileToSpirv(const SourceTree& tree, const std::string& 
     if (!program.link(kMessages)) throw compileError(tree.path, program.getInfoLog());
 
     glslang::SpvOptions options;
-    options.disableOptimizer = true;
+    options.disableOptimizer = true; // on lavapipe it saves 10 ms of NIR in 600 ms of LLVM, and costs more than that
     std::vector<uint32_t> spirv;
     glslang::GlslangToSpv(*program.getIntermediate(EShLangCompute), spirv, &options);
     return spirv;
