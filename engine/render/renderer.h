@@ -27,12 +27,18 @@ struct NodeStats {
     double ms = 0;
 };
 
+struct ProbeStats {
+    uint32_t total = 0, active = 0, updated = 0;
+};
+
 struct FrameStats {
     double ms = 0;    ///< wall time of rendering, loading and pipeline creation excluded
     uint32_t spp = 0; ///< frames averaged
     std::vector<NodeStats> nodes;
     uint64_t rays = 0;
     uint32_t blasBuilt = 0, blasRefit = 0, tlasBuilt = 0;
+    ProbeStats probes;
+    uint64_t photons = 0;
     uint64_t nonfinite = 0; ///< pixels whose sample was not finite: dropped and counted
     size_t memoryBytes = 0;
     std::vector<std::string> unowned; ///< path classes without an owner

@@ -100,6 +100,12 @@ private:
     mutable std::vector<LocalBounds> localBounds_; ///< by mesh; found once per revision of its points
 };
 
+/// Whether anything emits: a Light, or a visible mesh or sphere with an emissive material. Valid after updateTransforms.
+bool hasLight(const Scene& scene);
+
+/// What lights a stage without a light: a neutral dome of radiance 1 W/(m^2 sr).
+Entity addDefaultLight(Scene& scene);
+
 /// The camera entity that `name` means (prim path or last path component); an empty name: the only camera, else the
 /// render settings', else one is created that looks along -Z and frames the bounds, said in one log line.
 /// Throws inputError listing the cameras when the name is unknown or means several.
