@@ -440,6 +440,91 @@ TEST_P(Trace, EmptyScenesAndBadRaysHitNothing) {
     for (const TraceHit& hit : scene.trace(rays(100, 22))) EXPECT_EQ(hit.instance, kNone);
 }
 
+/// Points of a surface as shaders compute them: interpolated in local space and placed, all in single precision.
+struct SurfacePoint {
+    glm::vec3 position;
+    float extent;
+    glm::vec3 side;
+    float padding = 0.0f;
+};
+
+TEST_P(Trace, OffsetOriginsDoNotMeetTheirOwnSurface) {
+    constexpr uint32_t kCount = 20000;
+    constexpr const char* kKernel = R"(
+        #include "lib/ray_offset.glsl"
+        struct Point { vec3 position; float extent; vec3 side; float padding; };
+        TL_DECLARE_REF(Point)
+        layout(local_size_x = 64) in;
+        layout(push_constant, scalar) uniform Push { PointRef points; vec3Ref origins; uint count; };
+        void main() {
+            const uint i = gl_GlobalInvocationID.x;
+            if (i < count) origins.v[i] = offsetRayOrigin(points.v[i].position, points.v[i].side, points.v[i].extent);
+        }
+    )";
+    for (float scale : {1e-5f, 1e-2f, 1.0f, 1e2f, 1e5f}) {
+        for (float distance : {0.0f, 1.0f, 1e4f}) {
+            for (uint32_t shape : {shared::kShapeMesh, shared::kShapeSphere, shared::kShapeRect, shared::kShapeDisk}) {
+                SCOPED_TRACE(testing::Message() << "scale " << scale << " distance " << distance << " shape " << shape);
+                Random random(static_cast<uint32_t>(shape * 100 + distance) + 23);
+                glm::mat4x3 place = random.transform() * scale;
+                place[3] = random.direction() * distance * scale;
+                TestMesh mesh;
+                mesh.add(random.vector(), random.vector(), random.vector());
+                Scene scene(GetParam());
+                if (shape == shared::kShapeMesh)
+                    scene.add(mesh, place);
+                else
+                    scene.add(shape, place);
+                scene.commit();
+
+                const glm::mat3 normalMatrix = glm::transpose(glm::inverse(glm::dmat3(glm::dmat4x3(place))));
+                std::vector<SurfacePoint> points;
+                std::vector<TraceRay> rays;
+                for (uint32_t i = 0; i < kCount; ++i) {
+                    glm::vec3 local, normal(0, 0, -1);
+                    float extent = 0.0f;
+                    for (int c = 0; c < 3; ++c)
+                        extent =
+                            std::max(extent, std::abs(place[0][c]) + std::abs(place[1][c]) + std::abs(place[2][c]));
+                    if (shape == shared::kShapeMesh) {
+                        const float u = random.uniform(0, 1), v = random.uniform(0, 1 - u);
+                        const glm::vec3 e1 = mesh.positions[1] - mesh.positions[0],
+                                        e2 = mesh.positions[2] - mesh.positions[0];
+                        local = mesh.positions[0] + u * e1 + v * e2;
+                        normal = glm::cross(e1, e2);
+                    } else if (shape == shared::kShapeSphere) {
+                        local = normal = random.direction();
+                    } else {
+                        local = 0.5f * random.vector();
+                        local.z = 0.0f;
+                    }
+                    const glm::vec3 side = glm::normalize(normalMatrix * normal) *
+                                           (i % 2 == 0 || shape == shared::kShapeSphere ? 1.0f : -1.0f);
+                    points.push_back({place * glm::vec4(local, 1.0f), extent, side});
+                    glm::vec3 direction = random.direction();
+                    if (i % 4 == 0) direction -= side * glm::dot(side, direction) * 0.999f; // grazing
+                    if (glm::dot(direction, side) < 0.0f) direction = -direction;
+                    rays.push_back({{}, 0.0f, direction});
+                }
+                const gpu::Buffer input = bufferOf(points), output = bufferFor<glm::vec3>(kCount);
+                struct Push {
+                    VkDeviceAddress points, origins;
+                    uint32_t count, padding = 0;
+                };
+                runCompute(kKernel, Push{input.address(), output.address(), kCount}, kCount);
+                const std::vector<glm::vec3> origins = read<glm::vec3>(output, kCount);
+                for (uint32_t i = 0; i < kCount; ++i) {
+                    rays[i].origin = origins[i];
+                    EXPECT_LE(glm::distance(origins[i], points[i].position), 1e-5f * scale * (distance + 12.0f));
+                }
+                size_t selfHits = 0;
+                for (const TraceHit& hit : scene.trace(rays)) selfHits += hit.instance != kNone;
+                EXPECT_EQ(selfHits, 0u);
+            }
+        }
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Tracers, Trace, testing::Values(Tracer::Compute, Tracer::Query),
                          [](const auto& info) { return info.param == Tracer::Query ? "query" : "compute"; });
 
