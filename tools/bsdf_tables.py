@@ -51,8 +51,11 @@ class Estimate:
         lo, li = smithLambda(self.wo, self.alpha), smithLambda(wi, self.alpha)
         return np.where((wi[..., 2] > 0) == upper, (1 + lo) / (1 + lo + li), 0) * self.weight
 
+    def reflection(self):
+        return 2 * self.cosine[..., None] * self.h - self.wo
+
     def reflected(self):
-        return self.share(2 * self.cosine[..., None] * self.h - self.wo, True)
+        return self.share(self.reflection(), True)
 
     def refracted(self, eta):
         cosT = np.sqrt(np.maximum(1 - (1 - self.cosine**2) / eta**2, 0))
@@ -61,8 +64,9 @@ class Estimate:
 
 def ggx(x, y):
     e = Estimate(x, y, 96, 192)
-    r = e.reflected()
-    return 1 - r.sum(), (r * (1 - e.cosine) ** 5).sum()
+    r, f = e.reflected(), (1 - e.cosine) ** 5
+    coated = r * np.maximum((1 - np.clip(e.reflection()[..., 2], 0, 1)) ** 5 - (1 - e.wo[2]) ** 5, 0)
+    return 1 - r.sum(), (r * f).sum(), (coated * (1 - f)).sum(), (coated * f).sum()
 
 
 def dielectric(x, y, z):
@@ -84,11 +88,11 @@ def main():
     entries = np.array([[ggx(x, y) for x in axis] for y in axis])
     small = np.linspace(0, 1, DIELECTRIC)
     lost = [[[dielectric(x, y, z) for x in small] for y in small] for z in np.linspace(-1, 1, ETAS)]
+    ggxWords = "\n".join(f"{{\n{words(entries[..., i], 16)}\n}}," for i in range(4))
     path = pathlib.Path(__file__).resolve().parent.parent / "engine/render/bsdf_tables_data.inc"
     path.write_text(
         "// Made by tools/bsdf_tables.py.\n"
-        f"constexpr uint16_t kGgxLost[] = {{\n{words(entries[..., 0], 16)}\n}};\n"
-        f"constexpr uint16_t kGgxFresnel[] = {{\n{words(entries[..., 1], 16)}\n}};\n"
+        f"constexpr uint16_t kGgx[4][{GGX * GGX}] = {{\n{ggxWords}\n}};\n"
         f"constexpr uint8_t kDielectricLost[] = {{\n{words(lost, 8)}\n}};\n"
     )
 

@@ -2,9 +2,11 @@
 
 #include "shared/bsdf_tables.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <span>
 
 namespace trilume {
@@ -14,8 +16,7 @@ using namespace shared;
 
 #include "render/bsdf_tables_data.inc"
 
-static_assert(std::size(kGgxLost) == kGgxSize * kGgxSize);
-static_assert(std::size(kGgxFresnel) == kGgxSize * kGgxSize);
+static_assert(std::size(kGgx[0]) == kGgxSize * kGgxSize);
 static_assert(std::size(kDielectricLost) == kDielectricEtas * kDielectricSize * kDielectricSize);
 
 /// 2 * integral over mu in [0, 1] of mu g(mu)^power, for g piecewise linear in sqrt(mu), as the shaders interpolate:
@@ -43,14 +44,15 @@ std::vector<uint32_t> bsdfTables() {
     std::vector<uint32_t> words;
     words.reserve(kBsdfTableWords);
 
-    for (size_t i = 0; i < std::size(kGgxLost); ++i) words.push_back(kGgxLost[i] | uint32_t(kGgxFresnel[i]) << 16);
+    for (const size_t pair : {0, 2})
+        for (size_t i = 0; i < std::size(kGgx[0]); ++i)
+            words.push_back(kGgx[pair][i] | uint32_t(kGgx[pair + 1][i]) << 16);
     for (size_t y = 0; y < kGgxSize; ++y) {
-        const auto lost = std::span(kGgxLost).subspan(y * kGgxSize, kGgxSize);
-        const auto fresnel = std::span(kGgxFresnel).subspan(y * kGgxSize, kGgxSize);
-        const double mean = cosineMean(fresnel, 1);
-        words.push_back(bits(cosineMean(lost, 1)));
-        words.push_back(bits(mean));
-        words.push_back(bits(std::sqrt(std::max(cosineMean(fresnel, 2) - mean * mean, 0.0))));
+        const auto mean = [&](size_t table, int power) {
+            return cosineMean(std::span(kGgx[table]).subspan(y * kGgxSize, kGgxSize), power);
+        };
+        for (size_t table = 0; table < 4; ++table) words.push_back(bits(mean(table, 1)));
+        words.push_back(bits(std::sqrt(std::max(mean(1, 2) - mean(1, 1) * mean(1, 1), 0.0))));
     }
 
     const size_t last = kDielectricSize - 1;

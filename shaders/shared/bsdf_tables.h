@@ -11,12 +11,17 @@ TL_BEGIN
 // Reflection. Word [y][x]: unorm16 pair, energy lost by single scattering with Fresnel factor 1; energy reflected with
 // factor (1 - cos)^5.
 TL_CONST uint kGgxSize = 32;
-// Per y three floats: cosine-weighted means of the two, and the standard deviation of the second.
-TL_CONST uint kGgxMeanOffset = kGgxSize * kGgxSize;
+// Word [y][x]: unorm16 pair of integrals of max(0, w(wi) - w(wo)) over the reflected light, w(d) = (1 - cos d)^5, with
+// Fresnel factor 1 - (1 - cos)^5 and (1 - cos)^5: what a smooth coat takes from the light reflected below it, beyond what
+// it takes from a mirror.
+TL_CONST uint kGgxCoatedOffset = kGgxSize * kGgxSize;
+// Per y five floats: cosine-weighted means of the four in this order, and the standard deviation of the second.
+TL_CONST uint kGgxMeanOffset = 2 * kGgxSize * kGgxSize;
+TL_CONST uint kGgxMeans = 5;
 
 // Dielectrics. Word [z][y][x]: energy lost at (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) as unorm8, so that one load
 // serves one bilinear lookup.
-TL_CONST uint kDielectricOffset = kGgxMeanOffset + 3 * kGgxSize;
+TL_CONST uint kDielectricOffset = kGgxMeanOffset + kGgxMeans * kGgxSize;
 TL_CONST uint kDielectricSize = 24;
 TL_CONST uint kDielectricEtas = 17;
 // Float [z][y]: cosine-weighted mean.

@@ -2,7 +2,8 @@
 //
 // Coupling between layers is reciprocal and never gains energy. E(w) is the share of light that a layer keeps from what is
 // below it. Diffuse below takes (1 - E(wo)) (1 - E(wi)) / mean(1 - E) (Kelemen & Szirmay-Kalos 2001), which is exact for
-// white; directional lobes below the coat take min(1 - E(wo), 1 - E(wi)), as the former would gain energy on a mirror.
+// white; directional lobes below the coat take min(1 - E(wo), 1 - E(wi)), as the former would gain energy on a mirror, and
+// what that loses on a rough interface goes to the diffuse base.
 #ifndef TL_LIB_BSDF_LAYERED_GLSL
 #define TL_LIB_BSDF_LAYERED_GLSL
 
@@ -33,6 +34,7 @@ struct Bsdf {
     float coatAlpha, coatRoughness;
     vec2 coatF;         // F0 and F90
     float belowCoat;    // 1 - coat E(wo); 1 where wo's side has no coat
+    vec2 coatTakes;     // factors of ggxCoated
     bvec2 coated;       // wo's side, the other side
 #endif
 };
@@ -124,11 +126,10 @@ Bsdf bsdfPrepare(BsdfParams p, vec3 wo, bool frontSide, uint transport) {
     b.multiple = vec3(0.0);
     b.keepsMultiple = 0.0;
     b.albedo = vec3(0.0);
-    float meanBelow = 1.0; // mean of what the dielectric lets through to the diffuse base
-    float deviation = 0.0;
+    float below = 1.0, meanBelow = 1.0; // what is left for the diffuse base: seen from wo, and its mean
     if (b.f90.x > 0.0 || b.keeps.y > 0.0) {
         const vec2 energy = ggxEnergy(cosO, b.roughness);
-        const vec3 mean = ggxEnergyMean(b.roughness);
+        const vec2 mean = ggxEnergyMean(b.roughness);
         const float share = metallic + opaque;
         if (b.alpha > 0.0 && share > 0.0) {
             const vec3 fMean = (b.f0 + (b.f90 - b.f0) / 21.0) / share;
@@ -136,10 +137,8 @@ Bsdf bsdfPrepare(BsdfParams p, vec3 wo, bool frontSide, uint transport) {
             b.multiple *= energy.x / mean.x;
             b.keepsMultiple = multipleScattering(schlickMean(b.keeps.x, b.keeps.y), mean.x);
         }
-        const float below = saturate(1.0 - schlickEnergy(b.keeps, energy) - b.keepsMultiple * energy.x);
-        meanBelow = 1.0 - schlickEnergy(b.keeps, mean.xy) - b.keepsMultiple * mean.x;
-        deviation = (b.keeps.y - b.keeps.x) * mean.z;
-        b.diffuse *= below;
+        below = saturate(1.0 - schlickEnergy(b.keeps, energy) - b.keepsMultiple * energy.x);
+        meanBelow = 1.0 - schlickEnergy(b.keeps, mean) - b.keepsMultiple * mean.x;
         const vec3 single = b.f0 * (1.0 - energy.x - energy.y) + b.f90 * energy.y;
         interfaceWeight = luminance(single);
         b.albedo = single + b.multiple * mean.x;
@@ -182,19 +181,23 @@ Bsdf bsdfPrepare(BsdfParams p, vec3 wo, bool frontSide, uint transport) {
     // Opaque surfaces are the same from both sides; a coat lies on the outside of one that refracts.
     b.coated = bvec2(b.coat > 0.0 && (frontSide || !refracts), b.coat > 0.0 && (!frontSide || !refracts));
     b.belowCoat = b.coated.x ? belowCoat(b, cosO) : 1.0;
+    b.coatTakes = vec2(0.0);
     if (b.coated.x) {
         coatWeight = 1.0 - b.belowCoat;
-        const vec3 mean = ggxEnergyMean(b.coatRoughness);
+        const float range = b.coat * (b.coatF.y - b.coatF.x) * ggxEnergyDeviation(b.coatRoughness);
+        b.coatTakes = b.keeps * (range / ggxEnergyDeviation(0.0));
         // The mean of a product: both factors fall together toward grazing angles, and their covariance is at most the
         // product of their deviations.
-        meanBelow = meanBelow * (1.0 - b.coat * schlickEnergy(b.coatF, mean.xy)) +
-                    b.coat * (b.coatF.y - b.coatF.x) * mean.z * deviation;
-        b.diffuse *= b.belowCoat;
+        meanBelow = meanBelow * (1.0 - b.coat * schlickEnergy(b.coatF, ggxEnergyMean(b.coatRoughness))) +
+                    range * (b.keeps.y - b.keeps.x) * ggxEnergyDeviation(b.roughness) +
+                    dot(b.coatTakes, ggxCoatedMean(b.roughness));
+        below = below * b.belowCoat + dot(b.coatTakes, ggxCoated(cosO, b.roughness));
         interfaceWeight *= b.belowCoat;
         b.albedo = b.belowCoat * b.albedo + coatWeight;
     }
 #endif
 
+    b.diffuse *= below;
     b.albedo += b.diffuse;
     cosineWeight += luminance(b.diffuse);
     b.diffuse /= max(meanBelow, 1e-6);

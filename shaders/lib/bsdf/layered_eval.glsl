@@ -6,26 +6,29 @@
 vec3 evalCosineLobe(Bsdf b, vec3 wi, float belowIn, float belowBoth, inout float pdf) {
     const float cosI = abs(wi.z);
     const float pdfCosine = b.pCosine * pdfSolidAngleCosineHemisphere(cosI);
-    vec3 value;
+    vec3 value = vec3(0.0);
     if (wi.z > 0.0) {
-        value = b.diffuse * belowIn;
+        float below = belowIn;
         if (b.keeps.y > 0.0 || b.multiple != vec3(0.0)) {
             const vec2 energy = ggxEnergy(cosI, b.roughness);
-            value *= saturate(1.0 - schlickEnergy(b.keeps, energy) - b.keepsMultiple * energy.x);
-            value += b.multiple * (energy.x * belowBoth);
+            below *= saturate(1.0 - schlickEnergy(b.keeps, energy) - b.keepsMultiple * energy.x);
+            value = b.multiple * (energy.x * belowBoth);
         }
+#if TL_BSDF_CLEARCOAT
+        if (b.coatTakes.y > 0.0) below += dot(b.coatTakes, ggxCoated(cosI, b.roughness));
+#endif
+        value += b.diffuse * below;
 #if TL_BSDF_TRANSMISSION
         if (b.multipleBack > 0.0) value += b.multipleBack * dielectricLoss(cosI, b.roughness, b.eta) * belowBoth;
         pdf += pdfCosine * (1.0 - b.throughShare);
     } else {
-        value = vec3(0.0);
         if (b.throughShare > 0.0)
             value = b.multipleThrough * (dielectricLoss(cosI, b.roughness, 1.0 / b.eta) * belowBoth);
         pdf += pdfCosine * b.throughShare;
     }
 #else
         pdf += pdfCosine;
-    } else value = vec3(0.0);
+    }
 #endif
     return value * (cosI * kInvPi);
 }

@@ -16,23 +16,30 @@ uint tableNode(float x, uint size, out float share) {
     return uint(node);
 }
 
-// x: energy lost with Fresnel factor 1; y: energy reflected with factor (1 - cos)^5. So F0 and F90 give, together,
-// F0 (1 - x - y) + F90 y.
-vec2 ggxEnergy(float cosTheta, float roughness) {
+vec2 ggxLookup(uint table, float cosTheta, float roughness) {
     vec2 f;
     const uint x = tableNode(sqrt(cosTheta), kGgxSize, f.x);
-    const uint i = tableNode(roughness, kGgxSize, f.y) * kGgxSize + x;
+    const uint i = table + tableNode(roughness, kGgxSize, f.y) * kGgxSize + x;
     return mix(mix(ggxEntry(i), ggxEntry(i + 1u), f.x), mix(ggxEntry(i + kGgxSize), ggxEntry(i + kGgxSize + 1u), f.x),
                f.y);
 }
-
-// Cosine-weighted means of the two, and the standard deviation of the second.
-vec3 ggxEnergyMean(float roughness) {
+float ggxMean(uint which, float roughness) {
     float f;
-    const uint i = kGgxMeanOffset + 3u * tableNode(roughness, kGgxSize, f);
-    return mix(vec3(bsdfTableFloat(i), bsdfTableFloat(i + 1u), bsdfTableFloat(i + 2u)),
-               vec3(bsdfTableFloat(i + 3u), bsdfTableFloat(i + 4u), bsdfTableFloat(i + 5u)), f);
+    const uint i = kGgxMeanOffset + kGgxMeans * tableNode(roughness, kGgxSize, f) + which;
+    return mix(bsdfTableFloat(i), bsdfTableFloat(i + kGgxMeans), f);
 }
+
+// x: energy lost with Fresnel factor 1; y: energy reflected with factor (1 - cos)^5. So F0 and F90 give, together,
+// F0 (1 - x - y) + F90 y.
+vec2 ggxEnergy(float cosTheta, float roughness) { return ggxLookup(0u, cosTheta, roughness); }
+vec2 ggxEnergyMean(float roughness) { return vec2(ggxMean(0u, roughness), ggxMean(1u, roughness)); }
+// Standard deviation of y over cosine-weighted directions.
+float ggxEnergyDeviation(float roughness) { return ggxMean(4u, roughness); }
+
+// What a smooth coat with Fresnel factors from 0 to 1 takes from light reflected below it, beyond what it takes from a
+// mirror; per unit of F0 and F90 below.
+vec2 ggxCoated(float cosTheta, float roughness) { return ggxLookup(kGgxCoatedOffset, cosTheta, roughness); }
+vec2 ggxCoatedMean(float roughness) { return vec2(ggxMean(2u, roughness), ggxMean(3u, roughness)); }
 
 float dielectricAxis(float eta) {
     const float ratio = clamp(2.0 * (eta - 1.0) / (eta + 1.0), -1.0, 1.0);
