@@ -3,6 +3,7 @@
 #include "core/clock.h"
 #include "core/error.h"
 #include "graph/aov.h"
+#include "render/bsdf_tables.h"
 
 namespace trilume {
 
@@ -65,6 +66,13 @@ const gpu::Pipeline& Engine::Impl::pipeline(const gpu::ShaderSource& source) {
     gpu::Pipeline& pipeline = pipelines[key] = device->createPipeline(source);
     pipelineMs += watch.ms();
     return pipeline;
+}
+
+VkDeviceAddress Engine::Impl::bsdfTables() {
+    if (!bsdfTableBuffer)
+        bsdfTableBuffer =
+            device->createBufferFrom(std::span<const uint32_t>(trilume::bsdfTables()), "microfacet energy tables");
+    return bsdfTableBuffer.address();
 }
 
 } // namespace trilume

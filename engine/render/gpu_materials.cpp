@@ -166,14 +166,15 @@ bool GpuMaterials::update(const Scene& scene) {
     std::vector<shared::TextureInput> inputs(1); // entry 0 is "no map"
     std::vector<shared::Material> materials;
     traits_.clear();
-    textured_ = cutouts_ = specular_ = transmissive_ = false;
+    textured_ = cutouts_ = specular_ = transmissive_ = clearcoated_ = false;
     const auto add = [&](const Material& m) {
         const shared::Material& out = materials.emplace_back(convert(m, inputs));
         traits_.push_back({meanEmission(m), hasDiffuse(m), hasCausticLobe(m)});
         textured_ |= (out.flags & shared::kMaterialTextured) != 0;
         cutouts_ |= (out.flags & shared::kMaterialCutout) != 0;
         specular_ |= hasSpecular(m);
-        transmissive_ |= m.transmission > 0;
+        transmissive_ |= m.transmission > 0 || mapped(m.transmissionMap);
+        clearcoated_ |= m.clearcoat > 0 || mapped(m.clearcoatMap);
     };
     Material plain;
     plain.ior = 1;

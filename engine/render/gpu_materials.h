@@ -39,6 +39,7 @@ public:
     bool cutouts() const { return cutouts_; }
     bool specular() const { return specular_; } ///< any material that is more than Lambert
     bool transmissive() const { return transmissive_; }
+    bool clearcoated() const { return clearcoated_; }
 
 private:
     static constexpr uint32_t kDefault = 0, kFirst = 2;
@@ -66,7 +67,8 @@ private:
     std::vector<Traits> traits_;
     DeviceTable<shared::Material> materials_{"materials"};
     DeviceTable<shared::TextureInput> inputs_{"texture inputs"};
-    bool textured_ = false, cutouts_ = false, specular_ = false, transmissive_ = false;
+    bool textured_ = false, cutouts_ = false, specular_ = false, transmissive_ = false,
+         clearcoated_ = false;
 };
 
 } // namespace trilume

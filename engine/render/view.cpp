@@ -161,10 +161,13 @@ void View::Impl::buildGraph() {
 
 std::vector<std::pair<std::string, std::string>> View::Impl::shaderDefines() const {
     const GpuMaterials& materials = gpuScene.materials();
+    const auto flag = [](bool on) { return std::string(on ? "1" : "0"); };
     std::vector<std::pair<std::string, std::string>> defines{
-        {"TL_BSDF_SPECULAR", materials.specular() ? "1" : "0"},
-        {"TL_CUTOUTS", materials.cutouts() ? "1" : "0"},
-        {"TL_TEXTURES", materials.textured() ? "1" : "0"},
+        {"TL_BSDF_SPECULAR", flag(materials.specular())},
+        {"TL_BSDF_TRANSMISSION", flag(materials.transmissive())},
+        {"TL_BSDF_CLEARCOAT", flag(materials.clearcoated())},
+        {"TL_CUTOUTS", flag(materials.cutouts())},
+        {"TL_TEXTURES", flag(materials.textured())},
     };
     if (engine.tracer() == gpu::Tracer::Query) defines.emplace_back("TL_TRACER_QUERY", "1");
     return defines;
@@ -187,6 +190,7 @@ void View::Impl::fillConstants(shared::FrameConstants& constants, const FrameSlo
     if (params.getChoice("sampler.sequence") == "sobol") constants.flags |= shared::kFrameSobol;
     if (params.getChoice("light.selection") == "uncompensated") constants.flags |= shared::kFrameUncompensated;
     constants.counters = slot.counters.address();
+    if (gpuScene.materials().specular()) constants.bsdfTables = shared.bsdfTables();
     previousCamera = now;
 }
 

@@ -2,8 +2,10 @@
 #ifndef TL_SCENE_LIGHTS_GLSL
 #define TL_SCENE_LIGHTS_GLSL
 
-#include "lib/light/light.glsl"
 #include "scene/bindings.glsl"
+
+#include "lib/light/light.glsl"
+#include "lib/mis.glsl"
 #include "scene/surface.glsl"
 
 // Incident light from one sampled point: radiance / pdfSolidAngle estimates the integral over all lights' directions.
@@ -15,14 +17,6 @@ struct DirectSample {
     bool delta;          // wi is the only direction: never met by a BSDF sample; pdfSolidAngle is the choice's alone
     uint light;
 };
-
-// Alias method; `u` in [0,1).
-uint chooseLight(float u) {
-    const float scaled = u * float(TL_SCENE.lightCount);
-    const uint i = min(uint(scaled), TL_SCENE.lightCount - 1u);
-    const AliasEntry entry = TL_SCENE.lightAlias.v[i];
-    return scaled - float(i) < entry.threshold ? i : entry.alias;
-}
 
 // Emission of a textured emissive triangle varies over it: ask the material at the sampled point.
 vec3 triangleRadiance(Light light, vec2 barycentrics) {
@@ -38,7 +32,7 @@ vec3 triangleRadiance(Light light, vec2 barycentrics) {
 DirectSample sampleDirect(vec3 position, vec3 u) {
     DirectSample d;
     d.pdfSolidAngle = 0.0;
-    d.light = chooseLight(u.z);
+    d.light = lightSelect(TL_SCENE.lightAlias, TL_SCENE.lightCount, uint(u.z * 4294967296.0));
     const Light light = TL_SCENE.lights.v[d.light];
     const LightSample s = lightSample(light, TL_SCENE.distributions, position, u.xy);
     d.wi = s.wi;
@@ -59,13 +53,13 @@ float uncompensatedPdf(DirectSample d) { return d.pdfSolidAngle / TL_SCENE.light
 
 // Radiance that surface `s` emits towards `wo` (unit, away from the surface).
 vec3 surfaceEmission(Surface s, vec3 wo, float footprint) {
+    if (dot(s.geometricNormal, wo) <= 0.0) return vec3(0.0);
     if (s.light != kNone) {
         const Light light = TL_SCENE.lights.v[s.light];
         if (light.kind != kLightTriangle) return lightRadiance(light, -wo, lightUv(light, s.position, -wo));
     }
     const Material m = TL_SCENE.materials.v[s.material];
-    if ((m.flags & kMaterialEmissive) == 0u || dot(s.geometricNormal, wo) <= 0.0) return vec3(0.0);
-    return loadEmission(m, s, footprint);
+    return (m.flags & kMaterialEmissive) != 0u ? loadEmission(m, s, footprint) : vec3(0.0);
 }
 
 // Density with which sampleDirect at `from` makes the direction `wi` to the emitting surface point `s`.
@@ -75,8 +69,8 @@ float directPdfSolidAngle(vec3 from, Surface s, vec3 wi) {
     return light.selection * lightPdfSolidAngle(light, TL_SCENE.distributions, from, s.position, wi);
 }
 
-// Lights at infinity stand first in the table. Radiance that comes from direction `wi`, each weighted by
-// weight(density) where `density` is that of sampleDirect for this light; `nee` false: weight 1.
+// Radiance of the lights at infinity from direction `wi`; they stand first in the table. `weighted`: each times the power
+// heuristic's weight of a BSDF sample of density pdfBsdf against sampleDirect at `from`.
 vec3 environmentRadiance(vec3 from, vec3 wi, float pdfBsdf, bool weighted) {
     vec3 sum = vec3(0.0);
     for (uint i = 0u; i < TL_SCENE.infiniteLightCount; ++i) {

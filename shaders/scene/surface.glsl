@@ -39,7 +39,7 @@ void completeHit(inout Hit hit, vec3 origin, vec3 direction) {
 }
 
 Surface loadMeshSurface(Hit hit, Instance instance) {
-    const Mesh mesh = TL_SCENE.meshes.v[instance.mesh];
+    Mesh mesh = TL_SCENE.meshes.v[instance.mesh];
     const uvec3 corners = mesh.triangles.v[hit.primitive];
     const vec3 p0 = mesh.positions.v[corners.x];
     const vec3 edge1 = mesh.positions.v[corners.y] - p0;

@@ -1,0 +1,240 @@
+// The engine as an application uses it, on scenes made in memory.
+#include "render/renderer.h"
+
+#include <glm/gtc/matrix_transform.hpp>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+namespace trilume {
+namespace {
+
+Engine& engine() {
+    static Engine instance{[] {
+        EngineOptions options;
+        options.device.validation = true;
+        return options;
+    }()};
+    return instance;
+}
+
+Mesh boxMesh(float halfSize) {
+    Mesh mesh;
+    mesh.name = "/Box";
+    for (int i = 0; i < 8; ++i)
+        mesh.positions.emplace_back((i & 1 ? 1 : -1) * halfSize, (i & 2 ? 1 : -1) * halfSize,
+                                    (i & 4 ? 1 : -1) * halfSize);
+    // Counter-clockwise from inside: the front faces look into the box.
+    const glm::uvec4 faces[6] = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
+    for (const auto& f : faces) {
+        mesh.triangles.emplace_back(f.x, f.y, f.z);
+        mesh.triangles.emplace_back(f.x, f.z, f.w);
+    }
+    return mesh;
+}
+
+Material lambert(glm::vec3 color, glm::vec3 emission = glm::vec3(0)) {
+    Material m;
+    m.baseColor = color;
+    m.ior = 1;
+    m.emission = emission;
+    return m;
+}
+
+Entity addCamera(Scene& scene, glm::dvec3 position, glm::dvec3 target) {
+    const glm::dmat4 worldFromLocal = glm::inverse(glm::lookAt(position, target, glm::dvec3(0, 1, 0)));
+    const Entity entity = scene.createEntity("/Camera", worldFromLocal);
+    Camera camera;
+    camera.verticalAperture = camera.horizontalAperture;
+    camera.focalLength = camera.horizontalAperture;
+    scene.world.add(entity, camera);
+    return entity;
+}
+
+/// A closed box that emits `emission` and reflects `albedo`, seen from inside.
+void fillFurnace(Scene& scene, float albedo, float emission, double scale = 1, glm::dvec3 at = glm::dvec3(0)) {
+    const MaterialId material = scene.addMaterial(lambert(glm::vec3(albedo), glm::vec3(emission)));
+    const Entity box = scene.createEntity("/Box", glm::scale(glm::translate(glm::dmat4(1), at), glm::dvec3(scale)));
+    scene.world.add(box, MeshInstance{scene.addMesh(boxMesh(1)), {material}});
+    addCamera(scene, at + scale * glm::dvec3(0.3, 0.2, 0.5), at + scale * glm::dvec3(-1, -0.4, -0.7));
+}
+
+/// A lamp above a floor, and a ball.
+struct Room {
+    Room() {
+        Mesh floor;
+        floor.name = "/Floor";
+        floor.positions = {{-5, 0, -5}, {5, 0, -5}, {5, 0, 5}, {-5, 0, 5}};
+        floor.triangles = {{0, 2, 1}, {0, 3, 2}};
+        const MaterialId grey = scene.addMaterial(lambert(glm::vec3(0.5f)));
+        scene.world.add(scene.createEntity("/Floor"), MeshInstance{scene.addMesh(floor), {grey}});
+        ball = scene.createEntity("/Ball", glm::translate(glm::dmat4(1), {0, 1, 0}));
+        scene.world.add(ball, SphereInstance{0.5f, grey});
+        lamp = scene.createEntity(
+            "/Lamp", glm::rotate(glm::translate(glm::dmat4(1), {0, 4, 0}), -glm::radians(90.0), glm::dvec3(1, 0, 0)));
+        Light light;
+        light.radiance = glm::vec3(10);
+        scene.world.add(lamp, light);
+        addCamera(scene, {0, 2, 6}, {0, 1, 0});
+    }
+    Scene scene;
+    Entity ball, lamp;
+};
+
+double mean(const ImageData& image) {
+    double sum = 0;
+    for (size_t i = 0; i < image.pixels.size(); i += image.channels)
+        for (int c = 0; c < 3; ++c) sum += image.pixels[i + c];
+    return sum / (3.0 * image.width * image.height);
+}
+
+void expectSame(const ImageData& a, const ImageData& b) {
+    ASSERT_EQ(a.pixels.size(), b.pixels.size());
+    EXPECT_EQ(std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(float)), 0);
+}
+
+class RendererTest : public testing::Test {
+protected:
+    void TearDown() override { EXPECT_EQ(engine().device().validationMessages(), 0u); }
+};
+
+// Every surface emits and reflects: L = Le + rho L everywhere (Veach 1997's furnace).
+TEST_F(RendererTest, ClosedFurnaceGivesTheGeometricSeries) {
+    Scene scene;
+    fillFurnace(scene, 0.8f, 0.25f);
+    View view(engine(), scene, 32, 32, "");
+    view.setTechnique("pathtrace");
+    const ImageData image = view.render({.spp = 512});
+    EXPECT_NEAR(mean(image), 0.25 / (1 - 0.8), 0.005 * 1.25);
+    EXPECT_EQ(view.stats().nonfinite, 0u);
+    EXPECT_GT(view.stats().rays, 32u * 32u * 512u * 5u);
+}
+
+TEST_F(RendererTest, PathClassesOfTheFurnaceAreItsTerms) {
+    Scene scene;
+    fillFurnace(scene, 0.8f, 0.25f);
+    View view(engine(), scene, 32, 32, "");
+    view.setTechnique("pathtrace");
+    view.setAovs({"emission", "direct", "indirect", "caustic", "variance"});
+    const ImageData image = view.render({.spp = 512});
+    EXPECT_NEAR(mean(view.aov("emission")), 0.25, 1e-5);
+    EXPECT_NEAR(mean(view.aov("direct")), 0.8 * 0.25, 0.005 * 0.2);
+    EXPECT_NEAR(mean(view.aov("indirect")), 0.25 * 0.64 / 0.2, 0.008 * 0.8);
+    EXPECT_EQ(mean(view.aov("caustic")), 0.0);
+    EXPECT_NEAR(mean(view.aov("emission")) + mean(view.aov("direct")) + mean(view.aov("indirect")), mean(image), 1e-5);
+    // The variance AOV predicts how far the mean over the picture is off.
+    double variance = 0;
+    for (const float v : view.aov("variance").pixels) variance += v;
+    EXPECT_LT(std::abs(mean(image) - 1.25), 5 * std::sqrt(variance) / (32 * 32));
+}
+
+TEST_F(RendererTest, ConvexObjectInAConstantDomeShowsItsAlbedo) {
+    Scene scene;
+    const MaterialId material = scene.addMaterial(lambert(glm::vec3(0.8f)));
+    scene.world.add(scene.createEntity("/Ball"), SphereInstance{1, material});
+    Light dome;
+    dome.kind = LightKind::Dome;
+    scene.world.add(scene.createEntity("/Dome"), dome);
+    addCamera(scene, {0, 0, 1.2}, {0, 0, 0}); // sees nothing but the ball
+    View view(engine(), scene, 32, 32, "");
+    view.setTechnique("pathtrace");
+    EXPECT_NEAR(mean(view.render({.spp = 256})), 0.8, 0.002 * 0.8);
+}
+
+TEST_F(RendererTest, TheSameSeedGivesTheSameBits) {
+    Room room;
+    const auto shoot = [&](uint64_t seed) {
+        View view(engine(), room.scene, 48, 32, "");
+        view.setTechnique("pathtrace");
+        view.setSeed(seed);
+        return view.render({.spp = 4});
+    };
+    const ImageData first = shoot(1);
+    expectSame(first, shoot(1));
+    EXPECT_NE(first.pixels, shoot(2).pixels);
+}
+
+TEST_F(RendererTest, NothingIsBuiltForWhatDidNotChange) {
+    Room room;
+    View view(engine(), room.scene, 32, 32, "");
+    view.render({.spp = 1});
+    EXPECT_EQ(view.stats().blasBuilt, 1u);
+    EXPECT_EQ(view.stats().tlasBuilt, 1u);
+    view.render({.spp = 1});
+    EXPECT_EQ(view.stats().blasBuilt + view.stats().tlasBuilt, 0u);
+
+    room.scene.world.modify<LocalTransform>(room.ball)->parentFromLocal[3].x = 1;
+    view.render({.spp = 1});
+    EXPECT_EQ(view.stats().blasBuilt, 0u);
+    EXPECT_EQ(view.stats().tlasBuilt, 1u);
+}
+
+TEST_F(RendererTest, AMovedObjectLooksAsIfItHadAlwaysBeenThere) {
+    Room moved, there;
+    const glm::dmat4 place = glm::translate(glm::dmat4(1), {1.5, 1, 0.5});
+    there.scene.world.modify<LocalTransform>(there.ball)->parentFromLocal = place;
+    View movedView(engine(), moved.scene, 48, 32, ""), thereView(engine(), there.scene, 48, 32, "");
+    movedView.render({.spp = 1});
+    moved.scene.world.modify<LocalTransform>(moved.ball)->parentFromLocal = place;
+    thereView.render({.spp = 1});
+    expectSame(movedView.render({.spp = 4}), thereView.render({.spp = 4}));
+}
+
+TEST_F(RendererTest, RemovedLightIsGoneAtOnce) {
+    Room room;
+    View view(engine(), room.scene, 32, 32, "");
+    EXPECT_GT(mean(view.render({.spp = 4})), 0.01);
+    room.scene.world.destroy(room.lamp);
+    EXPECT_EQ(mean(view.render({.spp = 4})), 0.0);
+    const auto& nodes = view.stats().nodes;
+    const auto pathtrace =
+        std::find_if(nodes.begin(), nodes.end(), [](const auto& n) { return n.name == "pathtrace"; });
+    ASSERT_NE(pathtrace, nodes.end());
+    EXPECT_EQ(pathtrace->state, "skipped");
+    EXPECT_EQ(pathtrace->reason, "no lights");
+}
+
+// Far from the world's origin as near it: render space is centred on the scene.
+TEST_F(RendererTest, DistanceFromTheOriginDoesNotMatter) {
+    Scene near, far;
+    fillFurnace(near, 0.5f, 1);
+    fillFurnace(far, 0.5f, 1, 1, glm::dvec3(65536, -65536, 32768));
+    View nearView(engine(), near, 32, 32, ""), farView(engine(), far, 32, 32, "");
+    const ImageData a = nearView.render({.spp = 64}), b = farView.render({.spp = 64});
+    EXPECT_NEAR(mean(a), mean(b), 1e-4 * mean(a));
+}
+
+TEST_F(RendererTest, ScaleDoesNotMatter) {
+    Scene unit;
+    fillFurnace(unit, 0.5f, 1);
+    View unitView(engine(), unit, 32, 32, "");
+    const double expected = mean(unitView.render({.spp = 64}));
+    for (const double scale : {1e-5, 1e-3, 1e3, 1e5}) {
+        Scene scene;
+        fillFurnace(scene, 0.5f, 1, scale);
+        View view(engine(), scene, 32, 32, "");
+        EXPECT_NEAR(mean(view.render({.spp = 64})), expected, 1e-3 * expected) << "scale " << scale;
+    }
+}
+
+TEST_F(RendererTest, AnEmptySceneIsBlackAndNothingBreaks) {
+    Scene scene;
+    View view(engine(), scene, 16, 16, "");
+    EXPECT_EQ(mean(view.render({.spp = 2})), 0.0);
+}
+
+TEST_F(RendererTest, SwitchedOffNodesSaySoAndComeBack) {
+    Room room;
+    View view(engine(), room.scene, 32, 32, "");
+    const ImageData before = view.render({.spp = 2});
+    view.setNodeEnabled("pathtrace", false);
+    view.render({.spp = 2});
+    EXPECT_EQ(view.stats().nodes[1].state, "skipped");
+    EXPECT_EQ(view.stats().unowned, (std::vector<std::string>{"direct", "caustic", "indirect"}));
+    view.setNodeEnabled("pathtrace", true);
+    EXPECT_NEAR(mean(view.render({.spp = 2})), mean(before), 0.2 * mean(before));
+}
+
+} // namespace
+} // namespace trilume
