@@ -1,6 +1,7 @@
 #include "render_command.h"
 
 #include <CLI/CLI.hpp>
+#include <fmt/core.h>
 
 #include <map>
 
@@ -17,6 +18,16 @@ CLI::Option* addChoice(CLI::App& app, const std::string& names, Enum& value, std
     std::vector<std::string> known;
     for (const auto& [word, unused] : words) known.push_back(word);
     return app.add_option_function<std::string>(names, set, doc)->check(CLI::IsMember(known))->option_text(list);
+}
+
+/// From `least` to `most`; CLI::Range lets NaN through.
+CLI::Validator numberWithin(double least, double most) {
+    return {[=](std::string& text) {
+                double number = 0;
+                const bool good = CLI::detail::lexical_cast(text, number) && number >= least && number <= most;
+                return good ? "" : fmt::format("{} is not a number from {:g} to {:g}", text, least, most);
+            },
+            ""};
 }
 
 } // namespace
@@ -55,7 +66,7 @@ CLI::App* addRenderCommand(CLI::App& app, RenderArguments& a) {
                     ->option_text("N")
                     ->group(how);
     c->add_option("--time", a.seconds, "in place of --spp: seconds to average for, per output frame")
-        ->check(CLI::Range(1e-6, 1e9))
+        ->check(numberWithin(1e-6, 1e9))
         ->option_text("SECONDS")
         ->excludes(spp)
         ->group(how);
@@ -85,7 +96,7 @@ CLI::App* addRenderCommand(CLI::App& app, RenderArguments& a) {
                "direct indirect caustic emission albedo normal depth motion variance; repeatable")
         ->group(outputs);
     c->add_option("--exposure", a.display.exposure, "display outputs only (0)")
-        ->check(CLI::Range(-100.0, 100.0))
+        ->check(numberWithin(-100, 100))
         ->option_text("EV")
         ->group(outputs);
     addChoice<ToneMap>(*c, "--tonemap", a.display.toneMap,
