@@ -124,10 +124,11 @@ def test_no_lights_gets_a_dome(command, tmp_path):
     assert metrics.read_image(output)[0, 0] == pytest.approx(1)
 
 
-def test_no_lights_and_no_default_light_is_said(command, tmp_path):
+def test_no_lights_and_no_default_light_is_black(command, tmp_path):
     stage = write_stage(tmp_path / "stage.usda", CAMERA, mesh(), matte())
     run, output = attempt(tmp_path, stage, "--default-light", "off")
-    assert_shown(run, output, warning="light", dark=True)
+    assert_shown(run, output, dark=True)
+    assert (metrics.read_image(output) == 0).all()
 
 
 def test_missing_texture(command, tmp_path):
