@@ -34,7 +34,7 @@ float safeDivide(float a, float b) {
 
 vec3 safeNormalize(vec3 v, vec3 otherwise) {
     const float scale = max(abs(v.x), max(abs(v.y), abs(v.z)));
-    if (!(scale > 0.0) || !isFinite(scale)) return otherwise;
+    if (!(scale > 0.0) || !isFinite(v)) return otherwise;
     return normalize(v / scale); // no underflow of the squares
 }
 

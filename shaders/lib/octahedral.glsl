@@ -15,7 +15,7 @@ vec3 octahedralDecode(vec2 p) {
     return normalize(vec3(z >= 0.0 ? p : octahedralFold(p), z));
 }
 
-// 2 x 16 bits: within 5e-5 radians. The signed-normalised centre is exact, so the axes survive the round trip.
+// 2 x 16 bits: within 7e-5 radians. The signed-normalised centre is exact, so the axes survive the round trip.
 uint octahedralPack(vec3 n) { return packSnorm2x16(octahedralEncode(n)); }
 vec3 octahedralUnpack(uint bits) { return octahedralDecode(unpackSnorm2x16(bits)); }
 
