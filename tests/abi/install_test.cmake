@@ -39,3 +39,6 @@ expect("home ${WORK}/moved\n")
 expect("bytes 400\n")
 expect("pathtrace")
 expect("composite made")
+
+run(${CMAKE_COMMAND} -E env --unset=TRILUME_HOME ${WORK}/moved/bin/trilume info)
+expect("visibility")
