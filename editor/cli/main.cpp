@@ -7,24 +7,30 @@
 #include <CLI/CLI.hpp>
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <new>
 
 namespace trilume::cli {
 namespace {
 
-/// CLI11's complaint in the shape of all errors, with the nearest option for one that is unknown.
+/// CLI11's complaint in the shape of all errors, with the nearest word for one that is unknown.
 Error asError(const CLI::ParseError& error, const CLI::App& app) {
-    const CLI::App* command = &app;
-    if (const auto chosen = app.get_subcommands(); !chosen.empty()) command = chosen.front();
-    std::string hint =
-        fmt::format("`{} --help` lists the options", command == &app ? "trilume" : "trilume " + command->get_name());
-    for (const std::string& word : command->remaining()) {
-        std::vector<std::string> options;
-        for (const CLI::Option* option : command->get_options()) options.push_back(option->get_name());
-        if (const std::string nearest = nearestWord(word, options); !nearest.empty())
-            hint = "did you mean " + nearest + "?";
-    }
-    return inputError("bad command line", error.what(), hint);
+    const auto chosen = app.get_subcommands();
+    const CLI::App& command = chosen.empty() ? app : *chosen.front();
+    const std::string name = chosen.empty() ? "trilume" : "trilume " + command.get_name();
+    const std::string help = fmt::format("`{} --help` lists what there is", name);
+    const std::vector<std::string> unknown = command.remaining();
+    if (unknown.empty()) return inputError("bad command line", name, std::string(error.what()) + "; " + help);
+
+    // An unknown option's value stands among the rest, so the option comes first.
+    const auto option =
+        std::find_if(unknown.begin(), unknown.end(), [](const auto& word) { return word.starts_with('-'); });
+    const std::string& word = option == unknown.end() ? unknown.front() : *option;
+    std::vector<std::string> known;
+    for (const CLI::Option* o : command.get_options()) known.push_back(o->get_name());
+    for (const CLI::App* c : command.get_subcommands({})) known.push_back(c->get_name());
+    const std::string nearest = nearestWord(word, known);
+    return inputError("unknown argument", word, nearest.empty() ? help : "did you mean " + nearest + "?");
 }
 
 int run(int argc, char** argv) {

@@ -3,7 +3,6 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/log.h"
-#include "core/text.h"
 #include "interruption.h"
 #include "stats_json.h"
 
@@ -71,12 +70,22 @@ void configure(View& view, const RenderArguments& a, const Outputs& outputs, con
     view.setAovs(outputs.aovNames());
 }
 
+/// Throws for an AOV that the compiled graph doesn't make, before the time to render is spent.
+void checkAovs(View& view, const Outputs& outputs) {
+    for (const std::string& name : outputs.aovNames()) (void)view.aov(name);
+}
+
 Error interruptedError(const RunStats& stats, const Outputs& outputs, double frame) {
-    std::vector<std::string> written;
-    for (const RunStats::Frame& f : stats.frames) written.push_back(frameText(f.frame));
-    if (written.empty()) return runError("interrupted", outputs.picturePath(frame), "nothing was written");
-    return runError("interrupted", outputs.picturePath(frame),
-                    "not written; written before: frames " + commaList(written) + "; --resume goes on from here");
+    std::string hint = "nothing was written";
+    if (!stats.frames.empty()) {
+        const std::string first = frameText(stats.frames.front().frame), last = frameText(stats.frames.back().frame);
+        hint =
+            "this one was not written, " +
+            (stats.frames.size() == 1 ? "frame " + first + " was"
+                                      : fmt::format("{} frames from {} to {} were", stats.frames.size(), first, last)) +
+            "; --resume goes on from here";
+    }
+    return runError("interrupted", outputs.picturePath(frame), hint);
 }
 
 /// Renders frame after frame until done or interrupted; an interrupted frame is not written.
@@ -131,7 +140,9 @@ void runRender(const RenderArguments& a) {
 
     Engine engine({.device = {.device = a.device}, .tracer = a.tracer});
     outputs.check(engine.registry());
-    const std::string technique = a.technique.empty() ? engine.registry().defaultTechnique().name : a.technique;
+    const Registry& registry = engine.registry();
+    const std::string technique =
+        (a.technique.empty() ? registry.defaultTechnique() : registry.technique(a.technique)).name;
 
     const Stopwatch loading;
     const std::unique_ptr<Scene> scene = engine.registry().readScene(a.stage);
@@ -157,6 +168,7 @@ void runRender(const RenderArguments& a) {
                    .width = size.width,
                    .height = size.height,
                    .startup = {.deviceMs = engine.deviceMs(), .loadMs = loadMs, .pipelinesMs = view.prepare()}};
+    checkAovs(view, outputs);
     try {
         renderFrames(a, engine, *scene, view, outputs, frames, sinceStart, stats);
     } catch (const Error&) {
