@@ -183,6 +183,8 @@ public:
     /// Compiles GLSL (SPIR-V cached on disk) and creates the pipeline through the pipeline cache.
     /// Throws runError with the compiler's first message, naming file and line.
     Pipeline createPipeline(const ShaderSource& source);
+    /// The same for several, on all threads of the task pool: most of a start without caches is compilation.
+    std::vector<Pipeline> createPipelines(std::span<const ShaderSource> sources);
 
     /// Records and submits; returns at once. Uploads queued before are executed first.
     Submission submit(const std::function<void(Commands&)>& record);

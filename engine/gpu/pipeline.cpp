@@ -1,3 +1,4 @@
+#include "core/task_pool.h"
 #include "gpu/device_impl.h"
 #include "gpu/shader_compiler.h"
 
@@ -24,6 +25,14 @@ Pipeline Device::createPipeline(const ShaderSource& source) {
     std::ranges::copy(module.localSize, pipeline.impl_->localSize);
     pipeline.impl_->handle = impl_->pipelines.create(module, source);
     return pipeline;
+}
+
+std::vector<Pipeline> Device::createPipelines(std::span<const ShaderSource> sources) {
+    std::vector<Pipeline> pipelines(sources.size());
+    TaskPool::shared().parallelFor(sources.size(), 1, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) pipelines[i] = createPipeline(sources[i]);
+    });
+    return pipelines;
 }
 
 } // namespace trilume::gpu

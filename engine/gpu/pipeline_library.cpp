@@ -75,8 +75,7 @@ VkPipelineCache PipelineLibrary::load() const {
 }
 
 void PipelineLibrary::save() {
-    if (!changed_) return;
-    changed_ = false;
+    if (!changed_.exchange(false)) return;
     const VkPipelineCache onDisk = load();
     vkMergePipelineCaches(device_, cache_, 1, &onDisk);
     vkDestroyPipelineCache(device_, onDisk, nullptr);

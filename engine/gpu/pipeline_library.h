@@ -2,6 +2,8 @@
 
 #include "gpu/adapter.h"
 
+#include <atomic>
+
 namespace trilume::gpu {
 
 struct ShaderModule;
@@ -14,6 +16,7 @@ public:
     PipelineLibrary(const PipelineLibrary&) = delete;
     PipelineLibrary& operator=(const PipelineLibrary&) = delete;
 
+    /// May be called by several threads at once.
     VkPipeline create(const ShaderModule& module, const ShaderSource& source);
     VkPipelineLayout layout(bool topLevel) const { return topLevel ? topLevelLayout_ : plainLayout_; }
     /// Set 1; null without ray queries.
@@ -33,7 +36,7 @@ private:
     VkDescriptorSetLayout topLevelSetLayout_ = VK_NULL_HANDLE;
     VkPipelineLayout plainLayout_ = VK_NULL_HANDLE, topLevelLayout_ = VK_NULL_HANDLE;
     VkPipelineCache cache_ = VK_NULL_HANDLE;
-    bool changed_ = false;
+    std::atomic<bool> changed_ = false;
 };
 
 } // namespace trilume::gpu

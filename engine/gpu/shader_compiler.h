@@ -17,7 +17,8 @@ struct ShaderModule {
 std::filesystem::path shaderRoot();
 
 /// Compiles for Vulkan 1.3, or takes the result of an earlier compilation of the same text from the disk cache.
-/// Throws inputError when the file or an include is missing, runError with the compiler's first message.
+/// May be called by several threads at once. Throws inputError when the file or an include is missing, runError with
+/// the compiler's first message.
 ShaderModule compileShader(const ShaderSource& source);
 
 } // namespace trilume::gpu

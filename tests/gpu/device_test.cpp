@@ -4,7 +4,7 @@
 #include "core/error.h"
 #include "core/log.h"
 
-#include <cmath>
+#include <cstdlib>
 #include <numeric>
 
 using namespace trilume;
@@ -201,6 +201,26 @@ TEST_F(DeviceTest, localSizeAndConstantsCanBeSpecialized) {
     EXPECT_EQ(read<uint32_t>(out, 48 * 4), std::vector<uint32_t>(48 * 4, 9032u));
 }
 
+TEST_F(DeviceTest, pipelinesCompileTogether) {
+    std::vector<gpu::ShaderSource> sources;
+    for (uint32_t i = 0; i < 8; ++i)
+        sources.push_back({.path = "variant",
+                           .defines = {{"VARIANT", std::to_string(i)}},
+                           .text = "#version 460\n#extension GL_GOOGLE_include_directive : require\n"
+                                   "#include \"shared/scene.h\"\n layout(local_size_x = 1) in;\n"
+                                   "layout(push_constant, scalar) uniform Push { uintRef result; } push;\n"
+                                   "void main() { push.result.v[VARIANT] = VARIANT + 100; }"});
+    const auto out = bufferFor<uint32_t>(sources.size());
+    const auto pipelines = device().createPipelines(sources);
+    device().submit([&](gpu::Commands& c) {
+        for (const auto& pipeline : pipelines) c.dispatch(pipeline, out.address(), 1);
+    });
+    EXPECT_EQ(read<uint32_t>(out, sources.size()), numbers(sources.size(), 100));
+
+    sources[5].text = "nonsense";
+    EXPECT_THROW(device().createPipelines(sources), Error);
+}
+
 TEST_F(DeviceTest, barriersOrderWork) {
     const auto scale = compile(kScale);
     const auto a = bufferOf(std::vector<float>(5000, 1.f)), b = bufferFor<float>(5000);
@@ -305,6 +325,28 @@ TEST_F(DeviceTest, unknownDevicesAreNamedWithThoseThatExist) {
         EXPECT_NE(error.problem().find(choice), std::string::npos);
         EXPECT_NE(error.hint().find(device().info().name), std::string::npos) << error.what();
     }
+}
+
+/// Sets an environment variable for a while.
+struct Environment {
+    const char* name;
+    Environment(const char* variable, const char* value) : name(variable) { setenv(name, value, 1); }
+    ~Environment() { unsetenv(name); }
+};
+
+TEST_F(DeviceTest, aMachineWithoutADriverIsToldSo) {
+    const Environment none("VK_ICD_FILENAMES", "/nonexistent.json");
+    EXPECT_TRUE(gpu::listDevices().empty());
+    const Error error = errorOf([] { gpu::Device({}); });
+    EXPECT_EQ(error.fault(), Fault::Input);
+    EXPECT_NE(error.hint().find("mesa-vulkan-drivers"), std::string::npos) << error.what();
+}
+
+TEST_F(DeviceTest, validationThatIsNotInstalledIsAnError) {
+    const Environment none("VK_LAYER_PATH", "/nonexistent"), asked("TRILUME_VALIDATION", "1");
+    const Error error = errorOf([] { gpu::Device({}); });
+    EXPECT_EQ(error.fault(), Fault::Input);
+    EXPECT_NE(error.hint().find("vulkan-validationlayers"), std::string::npos) << error.what();
 }
 
 TEST_F(DeviceTest, aDeviceCanBeChosenByIndexAndName) {
