@@ -158,6 +158,29 @@ TEST_F(UsdStage, PointInstancersNest) {
     EXPECT_EQ(allWarnings(), "");
 }
 
+TEST_F(UsdStage, PointInstancersInsideInstances) {
+    std::string prims = "class Xform \"kit\"\n{\ndef PointInstancer \"pi\"\n{\nrel prototypes = </kit/pi/ball>\n"
+                        "int[] protoIndices = [0, 0]\npoint3f[] positions = [(0, 1, 0), (0, 2, 0)]\n"
+                        "def Sphere \"ball\" {}\n}\n}\n";
+    for (const char* x : {"1", "2"})
+        prims += "def Xform \"i" + std::string(x) + "\" (instanceable = true\nprepend references = </kit>)\n{\n" +
+                 "double3 xformOp:translate = (" + x +
+                 ", 0, 0)\nuniform token[] xformOpOrder = " + "[\"xformOp:translate\"]\n}\n";
+    const auto scene = read(prims);
+    EXPECT_EQ(scene->world.count<SphereInstance>(), 4u);
+    expectNear(position(*scene, "/i1/pi[1]"), {1, 2, 0});
+    expectNear(position(*scene, "/i2/pi[0]"), {2, 1, 0});
+}
+
+TEST_F(UsdStage, ChangedFilesAreReadAgain) {
+    const std::string moving = "def Sphere \"s\"\n{\ndouble radius.timeSamples = { 1: 1, 2: 2 }\n}\n";
+    const auto first = read(moving); // stays open: it varies
+    const auto second = read(moving + "def Sphere \"t\" {}\n");
+    EXPECT_EQ(second->world.count<SphereInstance>(), 2u);
+    first->setTime(2);
+    EXPECT_EQ(get<SphereInstance>(*first, "/s").radius, 2);
+}
+
 TEST_F(UsdStage, CamerasAreInMillimetresAndMetres) {
     const std::string camera =
         "def Camera \"c\"\n{\nfloat focalLength = 35\nfloat horizontalAperture = 36\nfloat verticalAperture = 24\n"

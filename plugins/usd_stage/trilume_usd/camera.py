@@ -19,6 +19,8 @@ class CameraReader:
         self.varying = any(a.ValueMightBeTimeVarying() for a in self._attributes.values())
         if UsdGeom.Camera(prim).GetProjectionAttr().Get() == UsdGeom.Tokens.orthographic:
             warn(prim.GetPath(), "orthographic cameras are not supported: shown in perspective")
+        if UsdGeom.Camera(prim).ComputeLinearExposureScale() != 1:
+            warn(prim.GetPath(), "the camera's exposure is not supported: ignored")
 
     def read(self, moment):
         """Millimetres and metres. A clipping range that nobody wrote does not clip: the schema's default begins at one

@@ -63,7 +63,8 @@ class InstanceFrame(Frame):
             np.stack([moment.transform(prim, self.parent.root) for prim, _, _ in self.members])))
 
     def visible(self, moment):
-        return every(self.parent.visible(moment), np.array([shown(s, moment) for _, _, s in self.members]))
+        return moment.once((self, "visible"), lambda: every(
+            self.parent.visible(moment), np.array([shown(s, moment) for _, _, s in self.members])))
 
     def names(self, moment):
         return [outer + self.parent.suffix(prim) for outer in self.parent.names(moment) for prim, _, _ in self.members]

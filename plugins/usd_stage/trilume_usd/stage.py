@@ -75,6 +75,7 @@ class Stage:
     def _open(self, path):
         try:
             self._stage = Usd.Stage.Open(path)
+            self._stage.Reload()  # layers that another open stage holds may have changed on disk
         except Exception as error:
             raise StageError(f"not a readable USD stage ({reason(error)})", "check the file") from None
         for error in self._stage.GetCompositionErrors():
@@ -154,29 +155,26 @@ class Stage:
     # ---- the walk ----------------------------------------------------------------------------------
 
     def _walk(self, frame, root, inherited, predicate, above):
-        """Depth first, in the order of the file. above: point instancers that this is inside of."""
+        """Depth first, in the order of the file. inherited: with the root's own. above: point instancers that this is inside of."""
         predicate = Usd.TraverseInstanceProxies(predicate)
         groups = {}
         pending = [(root, inherited)]
         while pending:
             prim, inherited = pending.pop()
-            if prim.IsA(UsdGeom.PointInstancer):
-                self._walk_point_instancer(prim, frame, inherited, above)
-                continue
-            if prim.IsInstance() and prim != frame.root and not prim.IsA(UsdGeom.Gprim):
-                if not inherited.hidden:
-                    groups.setdefault(self._likeness(prim, inherited), []).append(
-                        (prim, inherited.moving, inherited.switches))
-                continue
             try:
-                self._visit(prim, frame, inherited)
+                if prim != root:
+                    inherited = inherited.of(prim)
+                if prim.IsA(UsdGeom.PointInstancer):
+                    self._walk_point_instancer(prim, frame, inherited, above)
+                elif prim.IsInstance() and prim != root and not prim.IsA(UsdGeom.Gprim):
+                    if not inherited.hidden:
+                        groups.setdefault(self._likeness(prim, inherited), []).append(
+                            (prim, inherited.moving, inherited.switches))
+                else:
+                    pending += [(child, inherited) for child in reversed(prim.GetFilteredChildren(predicate))]
+                    self._visit(prim, frame, inherited)
             except Exception as error:
                 self.warn(prim.GetPath(), f"not readable ({reason(error)}): left out")
-            for child in reversed(prim.GetFilteredChildren(predicate)):
-                try:
-                    pending.append((child, inherited.of(child)))
-                except Exception as error:
-                    self.warn(child.GetPath(), f"not readable ({reason(error)}): left out")
         for key, members in groups.items():
             inner = InstanceFrame(frame, members)
             self._walk(inner, inner.root, Inherited(purpose=key[1]), predicate, above)
@@ -217,11 +215,10 @@ class Stage:
         elif LightReader.reads(name):
             light = LightReader(prim, self.meters_per_unit, self._files, self.warn)
             self._place(light, prim, frame, inherited, local=light.pole(self._stage))
-        elif prim.IsA(UsdGeom.Boundable) and not prim.IsA(UsdGeom.ModelAPI) or prim.HasAPI(UsdLux.LightAPI):
-            if name == "SkelRoot":
-                self.warn(prim.GetPath(), "skeletons are not supported: meshes are shown in their rest pose")
-            elif name:
-                self.warn(prim.GetPath(), f"prims of type {name} are not supported: left out")
+        elif name == "SkelRoot":
+            self.warn(prim.GetPath(), "skeletons are not supported: meshes are shown in their rest pose")
+        elif name != "Skeleton" and (prim.IsA(UsdGeom.Boundable) or prim.HasAPI(UsdLux.LightAPI)):
+            self.warn(prim.GetPath(), f"prims of type {name or 'LightAPI'} are not supported: left out")
 
     def _place(self, asset, prim, frame, inherited, materials=(), local=None):
         number = asset if isinstance(asset, int) else self._append(self.assets, asset)
