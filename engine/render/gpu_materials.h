@@ -67,8 +67,7 @@ private:
     std::vector<Traits> traits_;
     DeviceTable<shared::Material> materials_{"materials"};
     DeviceTable<shared::TextureInput> inputs_{"texture inputs"};
-    bool textured_ = false, cutouts_ = false, specular_ = false, transmissive_ = false,
-         clearcoated_ = false;
+    bool textured_ = false, cutouts_ = false, specular_ = false, transmissive_ = false, clearcoated_ = false;
 };
 
 } // namespace trilume

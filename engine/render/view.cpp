@@ -49,6 +49,8 @@ struct View::Impl {
     void submitFrame(uint32_t sampleIndex, bool dry = false);
     void collect(FrameSlot& slot);
     void collectAll();
+    /// Follows the scene; builds are counted into the next picture's statistics.
+    void syncScene();
     template<class T>
     std::vector<T> readPlane(std::string_view name);
 
@@ -74,6 +76,7 @@ struct View::Impl {
     uint32_t frameIndex = 0;
     uint32_t averaged = 0;
     std::optional<shared::Camera> previousCamera;
+    rt::AccelStats builds; ///< since the last picture
     FrameStats stats;
 };
 
@@ -163,10 +166,8 @@ std::vector<std::pair<std::string, std::string>> View::Impl::shaderDefines() con
     const GpuMaterials& materials = gpuScene.materials();
     const auto flag = [](bool on) { return std::string(on ? "1" : "0"); };
     std::vector<std::pair<std::string, std::string>> defines{
-        {"TL_BSDF_SPECULAR", flag(materials.specular())},
-        {"TL_BSDF_TRANSMISSION", flag(materials.transmissive())},
-        {"TL_BSDF_CLEARCOAT", flag(materials.clearcoated())},
-        {"TL_CUTOUTS", flag(materials.cutouts())},
+        {"TL_BSDF_SPECULAR", flag(materials.specular())},     {"TL_BSDF_TRANSMISSION", flag(materials.transmissive())},
+        {"TL_BSDF_CLEARCOAT", flag(materials.clearcoated())}, {"TL_CUTOUTS", flag(materials.cutouts())},
         {"TL_TEXTURES", flag(materials.textured())},
     };
     if (engine.tracer() == gpu::Tracer::Query) defines.emplace_back("TL_TRACER_QUERY", "1");
@@ -234,9 +235,17 @@ void View::Impl::collectAll() {
     for (uint32_t i = 0; i < kFramesInFlight; ++i) collect(slots[(frameIndex + i) % kFramesInFlight]);
 }
 
+void View::Impl::syncScene() {
+    gpuScene.update();
+    const rt::AccelStats& accel = gpuScene.accelStats();
+    builds.blasBuilt += accel.blasBuilt;
+    builds.blasRefit += accel.blasRefit;
+    builds.tlasBuilt += accel.tlasBuilt;
+}
+
 double View::prepare() {
     Impl& v = *impl_;
-    v.gpuScene.update();
+    v.syncScene();
     v.buildGraph();
     const Stopwatch watch;
     v.submitFrame(0, true);
@@ -251,7 +260,7 @@ ImageData View::render(const RenderOptions& options) {
     Impl& v = *impl_;
     const double pipelinesBefore = v.shared.pipelineMs;
     const Stopwatch watch;
-    v.gpuScene.update();
+    v.syncScene();
     v.buildGraph();
 
     const graph::CompiledGraph& graph = v.executor.graph();
@@ -259,10 +268,10 @@ ImageData View::render(const RenderOptions& options) {
     for (const graph::Pass& pass : graph.passes)
         v.stats.nodes.push_back({pass.name, pass.runs() ? "run" : "skipped", pass.reason, 0});
     for (const graph::PathClass c : graph.unowned) v.stats.unowned.emplace_back(graph::pathClassName(c));
-    const rt::AccelStats& accel = v.gpuScene.accelStats();
-    v.stats.blasBuilt = accel.blasBuilt;
-    v.stats.blasRefit = accel.blasRefit;
-    v.stats.tlasBuilt = accel.tlasBuilt;
+    v.stats.blasBuilt = v.builds.blasBuilt;
+    v.stats.blasRefit = v.builds.blasRefit;
+    v.stats.tlasBuilt = v.builds.tlasBuilt;
+    v.builds = {};
 
     const auto cancelled = [&] { return options.cancel && options.cancel->load(std::memory_order_relaxed); };
     for (uint32_t i = 0; i < options.warmup && !cancelled(); ++i) v.submitFrame(0);

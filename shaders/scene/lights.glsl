@@ -15,6 +15,8 @@ struct DirectSample {
     vec3 radiance;
     float pdfSolidAngle; // includes the choice of the light; 0: nothing
     bool delta;          // wi is the only direction: never met by a BSDF sample; pdfSolidAngle is the choice's alone
+    vec3 normal;         // of the light at the sampled point, unit
+    float extent;        // of the light, for offsets
     uint light;
 };
 
@@ -39,6 +41,8 @@ DirectSample sampleDirect(vec3 position, vec3 u) {
     d.distance = s.distance;
     d.radiance = s.radiance;
     d.delta = s.delta;
+    d.normal = s.normal;
+    d.extent = maxComponent(abs(light.axisU) + abs(light.axisV)) + light.radius;
 #if TL_TEXTURES
     if (light.kind == kLightTriangle && light.image != kNone && s.pdfSolidAngle > 0.0)
         d.radiance = triangleRadiance(light, s.uv);

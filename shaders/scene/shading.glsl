@@ -49,7 +49,7 @@ vec3 sampledDirectLight(Shading shading, bool weighted, inout Sampler rng) {
     const float pdf = (TL_FRAME.flags & kFrameUncompensated) != 0u ? uncompensatedPdf(d) : d.pdfSolidAngle;
     const vec3 contribution = f * d.radiance * (weight / pdf);
     if (!(maxComponent(contribution) > 0.0)) return vec3(0.0);
-    return contribution * visibility(shading.surface, d.wi, d.distance);
+    return contribution * visibilityToLight(shading.surface, d.wi, d.distance, d.normal, d.extent);
 }
 
 #endif

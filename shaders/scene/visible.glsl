@@ -4,6 +4,7 @@
 
 #include "lib/ray_offset.glsl"
 #include "lib/rng.glsl"
+#include "lib/light/sample.glsl"
 #include "scene/surface.glsl"
 
 // Rays that this invocation has traced, for the statistics.
@@ -17,6 +18,9 @@ float hitOpacity(Hit hit, out Surface s) {
     return (m.flags & kMaterialCutout) != 0u ? loadOpacity(m, s, 0.0) : 1.0;
 }
 
+// Side of the surface that direction `wi` leaves to.
+vec3 sideTowards(Surface s, vec3 wi) { return dot(wi, s.geometricNormal) < 0.0 ? -s.geometricNormal : s.geometricNormal; }
+
 // The closest surface that stops the ray, each with the probability of its opacity. The hit is completed.
 bool traceSurface(vec3 origin, vec3 direction, float tMin, float tMax, uint mask, inout Sampler rng, out Hit hit) {
     ++rayCount;
@@ -28,8 +32,7 @@ bool traceSurface(vec3 origin, vec3 direction, float tMin, float tMax, uint mask
         const float opacity = hitOpacity(hit, s);
         if (opacity >= 1.0 || sample1D(rng) < opacity) return true;
         const float passed = hit.t;
-        const vec3 side = dot(direction, s.geometricNormal) < 0.0 ? -s.geometricNormal : s.geometricNormal;
-        const vec3 next = offsetRayOrigin(s.position, side, s.extent);
+        const vec3 next = offsetRayOrigin(s.position, sideTowards(s, direction), s.extent);
         ++rayCount;
         found = traceClosest(next, direction, 0.0, tMax - passed, mask, hit);
         if (found) {
@@ -41,31 +44,37 @@ bool traceSurface(vec3 origin, vec3 direction, float tMin, float tMax, uint mask
     return found;
 }
 
-// 1 where nothing blocks the segment from `s` in direction `wi` (unit) to `distance`, 0 where something does; between
-// with cut-outs. Stops short of the far end by 1e-4 of the way, so that a light does not shadow its own points.
-float visibility(Surface s, vec3 wi, float distance) {
-    const vec3 side = dot(wi, s.geometricNormal) < 0.0 ? -s.geometricNormal : s.geometricNormal;
-    vec3 origin = offsetRayOrigin(s.position, side, s.extent);
-    float tMax = distance * (1.0 - 1e-4);
+// Share of light that passes along a segment: 1 where nothing blocks it, 0 where something does; between with cut-outs.
+// `direction` spans it; the end is excluded.
+float segmentVisibility(vec3 origin, vec3 direction, float tMax) {
 #if TL_CUTOUTS
     float share = 1.0;
     for (uint i = 0u; i < kMaxCutouts; ++i) {
         Hit hit;
         ++rayCount;
-        if (!traceClosest(origin, wi, 0.0, tMax, kMaskShadow, hit)) return share;
-        completeHit(hit, origin, wi);
+        if (!traceClosest(origin, direction, 0.0, tMax, kMaskShadow, hit)) return share;
+        completeHit(hit, origin, direction);
         Surface blocker;
         share *= 1.0 - hitOpacity(hit, blocker);
         if (share <= 0.0) return 0.0;
-        const vec3 beyond = dot(wi, blocker.geometricNormal) < 0.0 ? -blocker.geometricNormal : blocker.geometricNormal;
-        origin = offsetRayOrigin(blocker.position, beyond, blocker.extent);
+        origin = offsetRayOrigin(blocker.position, sideTowards(blocker, direction), blocker.extent);
         tMax -= hit.t;
     }
     return 0.0;
 #else
     ++rayCount;
-    return traceAny(origin, wi, 0.0, tMax, kMaskShadow) ? 0.0 : 1.0;
+    return traceAny(origin, direction, 0.0, tMax, kMaskShadow) ? 0.0 : 1.0;
 #endif
+}
+
+// From `s` to the point on a light that lies `distance` along unit `wi`. Both ends are moved off their surfaces, and the
+// ray aims from one to the other: at a light's silhouette, an origin moved alone would find the light shadowing itself.
+float visibilityToLight(Surface s, vec3 wi, float distance, vec3 lightNormal, float lightExtent) {
+    const vec3 origin = offsetRayOrigin(s.position, sideTowards(s, wi), s.extent);
+    if (distance >= kLightAtInfinity) return segmentVisibility(origin, wi, kFloatMax);
+    const float magnitude = maxComponent(abs(s.position)) + distance + lightExtent;
+    const vec3 end = offsetRayOrigin(s.position + distance * wi, lightNormal, magnitude);
+    return segmentVisibility(origin, end - origin, 1.0);
 }
 
 #endif

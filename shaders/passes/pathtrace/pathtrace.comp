@@ -61,8 +61,7 @@ Signals tracePath(VisiblePoint point, inout Sampler rng) {
         } else if (!(maxComponent(throughput) > 0.0)) break;
 
         const Surface from = shading.surface;
-        const vec3 side = dot(direction, from.geometricNormal) < 0.0 ? -from.geometricNormal : from.geometricNormal;
-        const vec3 origin = offsetRayOrigin(from.position, side, from.extent);
+        const vec3 origin = offsetRayOrigin(from.position, sideTowards(from, direction), from.extent);
         const bool weighted = TL_NEE != 0 && !specular;
         Hit hit;
         if (!traceSurface(origin, direction, 0.0, kFloatMax, kMaskIndirect, rng, hit)) {

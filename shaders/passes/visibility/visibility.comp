@@ -90,8 +90,7 @@ void main() {
         if (!(maxComponent(point.throughput) > 0.0)) break;
         direction = shading.frame * bounceSample.wi;
         if (!crossesRightly(shading, direction, (bounceSample.flags & kBsdfTransmission) != 0u)) break;
-        const vec3 side = dot(direction, s.geometricNormal) < 0.0 ? -s.geometricNormal : s.geometricNormal;
-        origin = offsetRayOrigin(s.position, side, s.extent);
+        origin = offsetRayOrigin(s.position, sideTowards(s, direction), s.extent);
         tMin = 0.0;
         tMax = kFloatMax;
         mask = kMaskIndirect;
