@@ -42,6 +42,7 @@ OIIO::ImageSpec specFor(const std::string& extension, const ImageData& image) {
         constexpr std::array<float, 8> kRec709{0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.3290f};
         spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), kRec709.data());
         spec.attribute("compression", "zip");
+        spec.attribute("DateTime", ""); // Else the time of day: the same pixels shall give the same file.
     }
     if (extension == ".jpg" || extension == ".jpeg") spec.attribute("Compression", "jpeg:95");
     spec.attribute("oiio:ColorSpace", display ? "sRGB" : "Linear");
