@@ -77,14 +77,13 @@ Bsdf bsdfOf(Case c) { return bsdfPrepare(paramsOf(c), c.wo, c.front != 0u, c.imp
 
     /// `perCase` threads for each case; results and counts start at 0.
     Output run(const std::string& body, const std::vector<BsdfCase>& cases, uint32_t perCase, size_t results,
-               size_t counts = 0) {
+               size_t counts = 0, std::vector<std::pair<std::string, std::string>> defines = {}) {
         const gpu::Buffer tables = bufferOf(bsdfTables()), input = bufferOf(cases);
         const gpu::Buffer result = bufferOf(std::vector<float>(results)),
                           count = bufferOf(std::vector<uint32_t>(counts));
         const auto threads = uint32_t(cases.size()) * perCase;
-        runCompute(std::string(kPrelude) + body,
-                   Push{tables.address(), input.address(), result.address(), count.address(), threads, perCase},
-                   threads);
+        const Push push{tables.address(), input.address(), result.address(), count.address(), threads, perCase};
+        runCompute(kPrelude + body, push, threads, std::move(defines));
         return {read<float>(result, results), read<uint32_t>(count, counts)};
     }
 };

@@ -85,16 +85,17 @@ float fresnelDielectricMean(float eta) {
 }
 
 // Energy lost by single scattering goes back and through as cosine lobes. Reciprocity asks that the share x going through
-// from either side satisfies x_o eta_o^2 loss_o = x_i eta_i^2 loss_i; each is at most that of smooth refraction.
-void prepareDielectricMultiple(inout Bsdf b, float cosO) {
+// from either side satisfies x_o eta_o^2 loss_o = x_i eta_i^2 loss_i; each is at most that of smooth refraction. Returns the loss.
+float prepareDielectricMultiple(inout Bsdf b, float cosO) {
     const vec2 mean = vec2(dielectricLossMean(b.roughness, b.eta), dielectricLossMean(b.roughness, 1.0 / b.eta));
     const vec2 flux = vec2(1.0, b.eta * b.eta) * mean;
-    if (!(minComponent(vec3(flux, 1.0)) > 1e-6)) return;
+    if (!(min(flux.x, flux.y) > 1e-6)) return 0.0;
     const vec2 through = 1.0 - vec2(fresnelDielectricMean(b.eta), fresnelDielectricMean(1.0 / b.eta));
     b.throughShare = min(through.x, through.y * flux.y / flux.x);
     const float loss = dielectricLoss(cosO, b.roughness, b.eta);
     b.multipleBack = b.dielectric * loss * (1.0 - b.throughShare) / mean.x;
     b.multipleThrough = b.refracted * loss * b.throughShare / mean.y;
+    return loss;
 }
 #endif
 
@@ -158,17 +159,12 @@ Bsdf bsdfPrepare(BsdfParams p, vec3 wo, bool frontSide, uint transport) {
     b.pStraight = 0.0;
     if (b.dielectric > 0.0) {
         b.pStraight = throughByFresnel(b, cosO);
-        if (!b.straight) prepareDielectricMultiple(b, cosO);
-        interfaceWeight += b.dielectric * mix(1.0, b.tint, 1.0 - fresnelDielectric(cosO, b.eta));
+        const float loss = b.straight ? 0.0 : prepareDielectricMultiple(b, cosO);
+        interfaceWeight += b.dielectric * (1.0 - loss) * mix(1.0, b.tint, 1.0 - fresnelDielectric(cosO, b.eta));
+        cosineWeight += b.dielectric * loss;
+        b.throughShare *= b.dielectric * loss; // the rest of the cosine lobe reflects
         b.albedo += b.dielectric * saturate(p.transmissionColor);
     }
-    const float multipleWeight = b.straight || b.dielectric == 0.0
-                                     ? 0.0
-                                     : b.dielectric * dielectricLoss(cosO, b.roughness, b.eta);
-    interfaceWeight -= min(interfaceWeight, multipleWeight);
-    // The rest of the cosine lobe reflects.
-    b.throughShare *= multipleWeight;
-    cosineWeight += multipleWeight;
 #endif
 
 #if TL_BSDF_CLEARCOAT

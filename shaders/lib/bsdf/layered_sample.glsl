@@ -20,8 +20,9 @@ uint chooseLobe(Bsdf b, inout float u) {
         left -= b.pCoat;
     }
     if (b.pInterface > 0.0 && takeShare(u, b.pInterface / left)) return kBsdfInterfaceLobe;
-    if (b.pCosine > 0.0 && takeShare(u, b.pCosine / (left - b.pInterface))) return kBsdfCosineLobe;
-    return b.pCoat > 0.0 ? kBsdfCoatLobe : kBsdfInterfaceLobe;
+    if (!coatIsDelta(b) && b.pCoat > 0.0 && takeShare(u, b.pCoat / (left - b.pInterface))) return kBsdfCoatLobe;
+    // What is left when rounding let `u` pass all others goes to one that exists.
+    return b.pCosine > 0.0 ? kBsdfCosineLobe : b.pInterface > 0.0 ? kBsdfInterfaceLobe : kBsdfCoatLobe;
 }
 
 // wi by mirror reflection or refraction about microfacet h.
