@@ -183,9 +183,9 @@ H Recorder::recordWrite(H handle) {
 void Recorder::owns(PathClass pathClass) { declarations_[pass_].owned.push_back(pathClass); }
 void Recorder::sideEffect() { declarations_[pass_].sideEffect = true; }
 
-void Recorder::fail(Fault fault, std::string problem, std::string_view resource, std::string hint) {
-    errors_.try_emplace(pass_, fault, "the node " + std::move(problem),
-                        fmt::format("{}, {}", passes_[pass_].name, resource), std::move(hint));
+void Recorder::fail(Fault fault, std::string_view problem, std::string_view resource, std::string_view hint) {
+    errors_.try_emplace(pass_, fault, fmt::format("the node {}", problem),
+                        fmt::format("{}, {}", passes_[pass_].name, resource), std::string(hint));
 }
 
 } // namespace trilume::graph

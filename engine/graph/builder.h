@@ -78,7 +78,7 @@ private:
     uint32_t latest(uint32_t resource) const { return static_cast<uint32_t>(producers_[resource].size()); }
     size_t planeBytes(uint32_t bytesPerPixel) const { return size_t{bytesPerPixel} * input_.width * input_.height; }
     /// Keeps the node's first error: what follows it is mostly its echo.
-    void fail(Fault fault, std::string problem, std::string_view resource, std::string hint);
+    void fail(Fault fault, std::string_view problem, std::string_view resource, std::string_view hint);
 
     const CompileInput& input_;
     const std::vector<Pass>& passes_;

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <deque>
 #include <mutex>
 #include <optional>
 
@@ -89,7 +90,7 @@ struct Registry::Impl {
     Registry& self;
     mutable std::recursive_mutex mutex; // a plugin registers during a call of the application's
     std::vector<std::unique_ptr<Plugin>> plugins;
-    std::vector<Technique> techniques;
+    std::deque<Technique> techniques; // views keep references
     std::map<std::string, NodeType, std::less<>> nodes;
     std::map<std::string, SceneReader, std::less<>> sceneReaders;
     std::map<std::string, ImageWriter, std::less<>> imageWriters;
@@ -228,6 +229,7 @@ template<class T>
 std::vector<std::string> Registry::Impl::names(const std::map<std::string, T, std::less<>>& table,
                                                std::vector<std::string> PluginInfo::*listed) const {
     std::vector<std::string> words;
+    words.reserve(table.size());
     for (const auto& [name, value] : table) words.push_back(name);
     for (const auto& plugin : plugins)
         for (const std::string& name : plugin->manifest.info.*listed) words.push_back(name);
@@ -345,7 +347,10 @@ const Technique& Registry::defaultTechnique() const {
     return *best;
 }
 
-std::span<const Technique> Registry::techniques() const { return impl_->techniques; }
+std::vector<Technique> Registry::techniques() const {
+    const std::lock_guard lock(impl_->mutex);
+    return {impl_->techniques.begin(), impl_->techniques.end()};
+}
 
 void Registry::addTechnique(Technique technique) {
     const std::lock_guard lock(impl_->mutex);

@@ -83,8 +83,8 @@ public:
     const NodeType& node(std::string_view name);
     const Technique& technique(std::string_view name) const; ///< throws inputError listing the known ones
     const Technique& defaultTechnique() const;               ///< throws runError when there is no technique at all
-    std::span<const Technique> techniques() const;
-    /// Replaces one of the same name. Ends the life of references to techniques.
+    std::vector<Technique> techniques() const;
+    /// Replaces one of the same name. References to techniques stay valid.
     void addTechnique(Technique technique);
     /// Throws inputError for a missing file, a directory, an empty file, or an extension nobody reads.
     std::unique_ptr<Scene> readScene(const std::filesystem::path& path);

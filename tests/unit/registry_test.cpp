@@ -97,12 +97,15 @@ TEST_F(RegistryTest, AnUnknownTechniqueListsTheKnownAndTheNearest) {
 
 TEST_F(RegistryTest, TechniquesCanBeAddedAndReplaced) {
     Registry registry;
+    const Technique& kept = registry.technique("raytrace");
     registry.addTechnique({.name = "mine", .nodes = {"a"}, .rank = 9});
     EXPECT_EQ(registry.defaultTechnique().name, "mine");
     registry.addTechnique({.name = "mine", .nodes = {"b"}, .rank = -1});
     EXPECT_EQ(registry.defaultTechnique().name, "pathtrace");
     EXPECT_EQ(registry.technique("mine").nodes, std::vector<std::string>{"b"});
     EXPECT_EQ(registry.techniques().size(), 3u);
+    for (int i = 0; i < 100; ++i) registry.addTechnique({.name = fmt::format("t{}", i), .nodes = {"a"}});
+    EXPECT_EQ(&registry.technique("raytrace"), &kept);
 }
 
 TEST_F(RegistryTest, BadTechniquesFilesAreNamed) {
