@@ -28,7 +28,7 @@ SMALL = (32, 18)
 REFERENCE_SIZE = (96, 54)
 SIZE = REFERENCE_SIZE if FULL else SMALL
 
-ERROR_LINE = re.compile(r"trilume: error: [^:]+: .+: .+")
+ERROR_LINE = re.compile(r"trilume: error: .+: .+: .+")
 
 
 @dataclass

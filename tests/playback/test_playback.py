@@ -43,9 +43,9 @@ def test_every_frame_is_written(played):
 
 @pytest.mark.parametrize("frame", [1, 12, 24])
 def test_frames_agree_with_their_references(played, frame):
-    """256 samples: relMSE near 4e-4, the mean within 5 standard errors of about 0.1%."""
+    """256 samples: sixteen times the relMSE that 4096 may have, and the mean within 5 standard errors of about 0.1%."""
     image, reference = metrics.read_image(frame_file(played[0], frame)), harness.reference(f"animated.{frame:04d}")
-    assert metrics.relmse(image, reference.image) < 2e-3
+    assert metrics.relmse(image, reference.image) < 16 * 1e-3
     assert metrics.mean_ratio(image, reference.image, ~reference.lamp) == pytest.approx(1, abs=0.006)
 
 

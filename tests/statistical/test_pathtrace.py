@@ -75,7 +75,8 @@ def test_convex_object_in_a_white_dome(render, tmp_path, shape, technique):
     dome = '    def DomeLight "Dome"\n    {\n        float inputs:intensity = 1\n    }\n'
     stage = harness.write_stage(tmp_path / "dome.usda", harness.CAMERA, CONVEX[shape], harness.matte(0.8), dome)
     image = render(stage, "-t", technique, "--spp", 1024).image
-    assert image.mean() == pytest.approx(0.8, rel=0.002)
+    # One uniform direction of the sphere has a standard deviation near 1: 0.0013 over this many, and five of those.
+    assert image.mean() == pytest.approx(0.8, rel=0.002 if technique == "pathtrace" else 0.0085)
     assert metrics.block_means(image, 3) == pytest.approx(0.8, rel=0.05)
 
 
