@@ -26,19 +26,18 @@ using trilume::test::StructLayout;
 
 namespace {
 
+// clang-format off
 #define TL_PARENTHESES ()
 #define TL_EXPAND(...) TL_EXPAND3(TL_EXPAND3(TL_EXPAND3(TL_EXPAND3(__VA_ARGS__))))
 #define TL_EXPAND3(...) TL_EXPAND2(TL_EXPAND2(TL_EXPAND2(__VA_ARGS__)))
 #define TL_EXPAND2(...) TL_EXPAND1(TL_EXPAND1(TL_EXPAND1(__VA_ARGS__)))
 #define TL_EXPAND1(...) __VA_ARGS__
-#define TL_MEMBERS(T, member, ...)                                                                                     \
-    {#member, offsetof(shared::T, member)}, __VA_OPT__(TL_MEMBERS_AGAIN TL_PARENTHESES(T, __VA_ARGS__))
+#define TL_MEMBERS(T, member, ...) \
+    {#member, offsetof(shared::T, member)}, __VA_OPT__(TL_MEMBERS_AGAIN TL_PARENTHESES (T, __VA_ARGS__))
 #define TL_MEMBERS_AGAIN() TL_MEMBERS
 /// A struct of shaders/shared with its members in order.
-#define TL_LAYOUT(T, ...)                                                                                              \
-    {                                                                                                                  \
-#T, { {TL_EXPAND(TL_MEMBERS(T, __VA_ARGS__))}, sizeof(shared::T) }                                             \
-    }
+#define TL_LAYOUT(T, ...) {#T, {{TL_EXPAND(TL_MEMBERS(T, __VA_ARGS__))}, sizeof(shared::T)}}
+// clang-format on
 
 const std::map<std::string, StructLayout> kHostLayouts = {
     TL_LAYOUT(BvhNode, origin, exponents, children, lowX, lowY, lowZ, highX, highY, highZ, padding0, padding1),
