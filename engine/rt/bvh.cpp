@@ -325,6 +325,10 @@ private:
             }
             cost += nodeCost(std::span(wide.boxes).first(wide.count), node, options_);
         }
+        if (bvh.nodes.size() > shared::kBvhNodeLimit) {
+            throw inputError(fmt::format("{} primitives in one BVH", references_.size()), "acceleration structure",
+                             "split the scene into smaller meshes");
+        }
         bvh.cost = normalisedCost(cost, bvh.bounds, options_);
     }
 

@@ -50,7 +50,8 @@ struct Bvh {
 
 /// Builds top-down by binned SAH (Wald 2007), straight to four children a node by splitting the child of largest area.
 /// Boxes lie within +-1e18 or are empty; empty ones are left out. Deterministic, whatever the number of threads.
-/// Throws inputError when there are more than 2^27 - 1, or more than 4^maxDepth leaves hold.
+/// Throws inputError when there are more than 2^27 - 1, or more than 4^maxDepth leaves hold, or more than 2^24 nodes
+/// come of them.
 Bvh buildBvh(std::span<const Box> boxes, const BvhOptions& options, TaskPool& pool);
 
 /// Keeps the topology and recomputes every box and the cost. `boxes` as given to the builder, with new extents.

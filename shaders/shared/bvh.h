@@ -12,7 +12,7 @@ TL_BEGIN
 struct BvhNode {
     vec3 origin;
     uint exponents;   // bytes 0, 1, 2: biased exponents of x, y, z
-    uint children[4]; // kBvhLeaf* below; inner: index of a node
+    uint children[4]; // kBvhLeaf* below, or a node
     uint lowX;        // byte c: child c
     uint lowY;
     uint lowZ;
@@ -23,18 +23,20 @@ struct BvhNode {
     uint padding1;
 };
 
-// A child with kBvhLeafBit holds `count` primitives in the bits of kBvhLeafCountMask, the first one in those of kBvhLeafFirstMask.
+// A child with kBvhLeafBit holds the number of its primitives in the bits of kBvhLeafCountMask and the first one in those
+// of kBvhLeafFirstMask; without, it is the index of a node, below kBvhNodeLimit.
 TL_CONST uint kBvhLeafBit = 0x80000000u;
 TL_CONST uint kBvhLeafCountShift = 27;
 TL_CONST uint kBvhLeafCountMask = 0xfu;
 TL_CONST uint kBvhLeafFirstMask = 0x07ffffffu;
 TL_CONST uint kBvhEmpty = kBvhLeafBit;
+TL_CONST uint kBvhNodeLimit = 1u << 24;
 
-// Inner levels that the builder never exceeds, and the stack that follows: each level leaves at most three siblings
-// behind, and entering an instance leaves one mark.
-TL_CONST uint kBvhTopDepth = 11;
-TL_CONST uint kBvhMeshDepth = 20;
-TL_CONST uint kBvhStackSize = 3 * (kBvhTopDepth + kBvhMeshDepth) + 1;
+// Inner levels that the builder never exceeds, and the stack that follows: each level leaves at most one entry, and so do
+// entering an instance and the end; one more is written before it is known whether it counts.
+TL_CONST uint kBvhTopDepth = 12;
+TL_CONST uint kBvhMeshDepth = 28;
+TL_CONST uint kBvhStackSize = kBvhTopDepth + kBvhMeshDepth + 3;
 
 // A triangle as the tracer reads it, in the order of the leaves.
 struct LeafTriangle {
