@@ -6,7 +6,7 @@ struct Bsdf {
     vec3 albedo;
 };
 
-Bsdf bsdfPrepare(BsdfParams p, vec3 wo, bool frontSide, uint transport) { return Bsdf(p.baseColor); }
+Bsdf bsdfPrepare(BsdfParams p, vec3 wo, bool frontSide, uint transport) { return Bsdf(saturate(p.baseColor)); }
 
 bool bsdfHasSmooth(Bsdf b) { return !isBlack(b.albedo); }
 float bsdfDeltaProbability(Bsdf b) { return 0.0; }
