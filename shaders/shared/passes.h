@@ -54,14 +54,11 @@ struct AccumulatePush {
 struct PostPush {
     TL_REF(FrameConstants) frame;
     TL_REF(PixelSums) sums;
-    TL_REF(uint) display;   // RGBA8, sRGB-encoded
+    TL_REF(uint) display;   // RGBA8, sRGB-encoded, red in the lowest byte
     float exposure;         // factor
-    uint tonemap;           // kTonemap*
+    uint tonemap;           // kTonemap* (shared/display.h)
+    uint frames;            // in the sums
 };
-TL_CONST uint kTonemapNone = 0;
-TL_CONST uint kTonemapAces = 1;
-TL_CONST uint kTonemapAgx = 2;
-
 TL_END
 
 #endif

@@ -28,6 +28,7 @@ using uint = uint32_t;
 #define TL_BEGIN namespace trilume::shared {
 #define TL_END }
 #define TL_CONST static constexpr
+#define TL_INLINE inline
 
 #else
 
@@ -41,6 +42,7 @@ using uint = uint32_t;
 #define TL_BEGIN
 #define TL_END
 #define TL_CONST const
+#define TL_INLINE
 
 #endif
 
