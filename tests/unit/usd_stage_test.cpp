@@ -39,6 +39,8 @@ TEST_F(UsdStage, MeshesKeepPolygonsNormalsAndUvs) {
                                "int[] primvars:UVMap:indices = [1,0,0,0]\n"));
     EXPECT_TRUE(meshOf(*scene, "/flat").normals.empty());
     EXPECT_EQ(meshOf(*scene, "/smooth").normals.size(), 6u);
+    ASSERT_EQ(meshOf(*scene, "/smooth").uvs.size(), 6u);
+    ASSERT_EQ(meshOf(*scene, "/indexed").uvs.size(), 6u);
     EXPECT_EQ(meshOf(*scene, "/smooth").uvs[2], glm::vec2(1, 1));
     EXPECT_EQ(meshOf(*scene, "/given").normals[0], glm::vec3(0, 1, 0)) << "primvars:normals wins";
     EXPECT_EQ(meshOf(*scene, "/indexed").uvs[0], glm::vec2(7, 8));

@@ -21,12 +21,19 @@ void startInterpreter() {
     // Extension modules take Python's symbols from the global scope, but plugins are loaded into a local one.
     if (Dl_info python{}; dladdr(reinterpret_cast<const void*>(&Py_IsInitialized), &python))
         dlopen(python.dli_fname, RTLD_NOW | RTLD_GLOBAL | RTLD_NOLOAD);
+    PyPreConfig preConfig;
+    PyPreConfig_InitIsolatedConfig(&preConfig);
+#ifdef __SANITIZE_ADDRESS__
+    // The leak check does not look into Python's own arenas and would take what they hold for lost.
+    preConfig.allocator = PYMEM_ALLOCATOR_MALLOC;
+#endif
+    PyStatus status = Py_PreInitialize(&preConfig);
     PyConfig config;
     PyConfig_InitIsolatedConfig(&config);
     config.install_signal_handlers = 0;
     config.site_import = 0;
     // Without a home Python would look for itself along PATH and could find another version.
-    PyStatus status = PyConfig_SetBytesString(&config, &config.home, TRILUME_PYTHON_HOME);
+    if (!PyStatus_Exception(status)) status = PyConfig_SetBytesString(&config, &config.home, TRILUME_PYTHON_HOME);
     if (!PyStatus_Exception(status)) status = Py_InitializeFromConfig(&config);
     PyConfig_Clear(&config);
     if (PyStatus_Exception(status))
