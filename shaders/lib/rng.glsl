@@ -73,13 +73,16 @@ vec2 sample2D(inout Sampler s) {
                            bitfieldReverse(owenScrambleReversed(sobolSecondReversed(index), h.y))));
 }
 
-float sample1D(inout Sampler s) {
+// 32 bits, for choices among more alternatives than a float in [0, 1) tells apart.
+uint sampleBits(inout Sampler s) {
     const uint dimension = s.dimension++;
     const uvec3 h = pcg3d(uvec3(s.key, dimension, s.kind == kSamplerSobol ? 0x9e3779b9u : s.index));
-    if (s.kind != kSamplerSobol) return unitFloat(h.x);
+    if (s.kind != kSamplerSobol) return h.x;
     const uint index = bitfieldReverse(owenScrambleReversed(s.index, h.z));
-    return unitFloat(bitfieldReverse(owenScrambleReversed(index, h.x)));
+    return bitfieldReverse(owenScrambleReversed(index, h.x));
 }
+
+float sample1D(inout Sampler s) { return unitFloat(sampleBits(s)); }
 
 vec3 sample3D(inout Sampler s) {
     const vec2 uv = sample2D(s);

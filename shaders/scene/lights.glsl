@@ -6,6 +6,7 @@
 
 #include "lib/light/light.glsl"
 #include "lib/mis.glsl"
+#include "lib/rng.glsl"
 #include "scene/surface.glsl"
 
 // Incident light from one sampled point: radiance / pdfSolidAngle estimates the integral over all lights' directions.
@@ -30,13 +31,13 @@ vec3 triangleRadiance(Light light, vec2 barycentrics) {
     return loadEmission(TL_SCENE.materials.v[s.material], s, 0.0);
 }
 
-// One light by the alias table, one direction towards it. u.z chooses the light.
-DirectSample sampleDirect(vec3 position, vec3 u) {
+// One light by the alias table, one direction towards it.
+DirectSample sampleDirect(vec3 position, inout Sampler rng) {
     DirectSample d;
     d.pdfSolidAngle = 0.0;
-    d.light = lightSelect(TL_SCENE.lightAlias, TL_SCENE.lightCount, uint(u.z * 4294967296.0));
+    d.light = lightSelect(TL_SCENE.lightAlias, TL_SCENE.lightCount, sampleBits(rng));
     const Light light = TL_SCENE.lights.v[d.light];
-    const LightSample s = lightSample(light, TL_SCENE.distributions, position, u.xy);
+    const LightSample s = lightSample(light, TL_SCENE.distributions, position, sample2D(rng));
     d.wi = s.wi;
     d.distance = s.distance;
     d.radiance = s.radiance;

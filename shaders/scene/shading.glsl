@@ -41,7 +41,7 @@ vec3 evalBsdf(Shading shading, vec3 wi, out float pdfSolidAngle) {
 // Direct light by one light sample, f L / pdf with visibility. `weighted`: times the power heuristic's weight against
 // BSDF sampling.
 vec3 sampledDirectLight(Shading shading, bool weighted, inout Sampler rng) {
-    const DirectSample d = sampleDirect(shading.surface.position, sample3D(rng));
+    const DirectSample d = sampleDirect(shading.surface.position, rng);
     if (!(d.pdfSolidAngle > 0.0)) return vec3(0.0);
     float pdfBsdf;
     const vec3 f = evalBsdf(shading, d.wi, pdfBsdf);
