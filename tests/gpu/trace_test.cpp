@@ -331,6 +331,26 @@ TEST_P(Trace, ClosedMeshesDoNotLeak) {
     }
 }
 
+TEST_P(Trace, DeepTreesFitTheStack) {
+    // Each triangle is half the size of the last and nearer to the corner, so that SAH peels off a few at each level;
+    // the placed ones do the same at the top level. Rays into the corner pass all of them.
+    TestMesh corner;
+    for (int i = 0; i < 110; ++i) {
+        const float s = std::ldexp(1.0f, -i);
+        corner.add({s, 0.9f * s, 0.9f * s}, {0.9f * s, s, 0.9f * s}, {0.9f * s, 0.9f * s, s});
+    }
+    Scene scene(GetParam());
+    for (int i = 0; i < 40; ++i) scene.add(corner, glm::mat4x3(std::ldexp(1.0f, -i / 2)));
+    Random random(31);
+    std::vector<TraceRay> into;
+    for (int i = 0; i < 300; ++i) {
+        const glm::vec3 target = std::ldexp(1.0f, -(i % 12)) * (glm::vec3(0.93f) + 0.04f * random.vector());
+        const glm::vec3 origin = i % 2 == 0 ? glm::vec3(-0.01f) : 3.0f * target + 0.2f * random.vector();
+        into.push_back({origin, 0.0f, target - origin});
+    }
+    scene.expectAgreement(into);
+}
+
 TEST_P(Trace, DeformingMeshesAreRefitThenRebuilt) {
     Random random(11);
     TestMesh mesh = ball(24, 24);

@@ -48,17 +48,12 @@ bool contains(const std::array<glm::dvec3, 2>& outer, const Box& inner) {
 struct Walk {
     std::vector<uint32_t> seen; ///< how often each primitive was met
     uint32_t depth = 0;
-    uint32_t stack = 0; ///< most siblings left behind
 };
 
 /// Visits everything; expects that each child's box contains the primitives below it.
-Box visit(const Bvh& bvh, std::span<const Box> boxes, uint32_t index, uint32_t depth, uint32_t stack, Walk& walk) {
+Box visit(const Bvh& bvh, std::span<const Box> boxes, uint32_t index, uint32_t depth, Walk& walk) {
     const BvhNode& node = bvh.nodes.at(index);
     walk.depth = std::max(walk.depth, depth);
-    uint32_t used = 0;
-    for (uint32_t child : node.children) used += child != shared::kBvhEmpty;
-    const uint32_t left = stack + (used > 0 ? used - 1 : 0);
-    walk.stack = std::max(walk.stack, left);
     Box all;
     for (uint32_t c = 0; c < 4; ++c) {
         const uint32_t child = node.children[c];
@@ -72,7 +67,7 @@ Box visit(const Bvh& bvh, std::span<const Box> boxes, uint32_t index, uint32_t d
             }
         } else {
             EXPECT_GT(child, index);
-            below = visit(bvh, boxes, child, depth + 1, left, walk);
+            below = visit(bvh, boxes, child, depth + 1, walk);
         }
         EXPECT_TRUE(below.empty() || contains(childBox(node, c), below)) << "node " << index << " child " << c;
         all.grow(below);
@@ -80,16 +75,14 @@ Box visit(const Bvh& bvh, std::span<const Box> boxes, uint32_t index, uint32_t d
     return all;
 }
 
-Walk check(const Bvh& bvh, std::span<const Box> boxes, uint32_t maxDepth = shared::kBvhMeshDepth) {
+void check(const Bvh& bvh, std::span<const Box> boxes, uint32_t maxDepth = shared::kBvhMeshDepth) {
     Walk walk{std::vector<uint32_t>(boxes.size())};
-    const Box all = visit(bvh, boxes, 0, 1, 0, walk);
+    const Box all = visit(bvh, boxes, 0, 1, walk);
     for (size_t i = 0; i < boxes.size(); ++i) EXPECT_EQ(walk.seen[i], boxes[i].empty() ? 0u : 1u) << "primitive " << i;
     EXPECT_EQ(all.min, bvh.bounds.min);
     EXPECT_EQ(all.max, bvh.bounds.max);
     EXPECT_EQ(walk.depth, bvh.depth);
     EXPECT_LE(walk.depth, maxDepth);
-    EXPECT_LE(walk.stack, 3 * maxDepth);
-    return walk;
 }
 
 Bvh build(const Triangles& mesh, TaskPool& pool, std::vector<Box>* boxes = nullptr) {
