@@ -10,13 +10,14 @@ step() {
   echo "   $name: $((SECONDS - start)) s"
 }
 
-# configure_and_build PRESET [cmake --build arguments]
-configure_and_build() {
-  local preset=$1
-  shift
-  cmake --preset "$preset" -Wno-dev >"build/configure-$preset.log" 2>&1 ||
+# build_preset PRESET CACHE-ENTRIES TARGETS: words in one string each; no targets: all.
+build_preset() {
+  local preset=$1 entries targets
+  read -ra entries <<<"$2"
+  read -ra targets <<<"$3"
+  cmake --preset "$preset" -Wno-dev "${entries[@]}" >"build/configure-$preset.log" 2>&1 ||
     { tail -n 30 "build/configure-$preset.log" >&2; return 1; }
-  cmake --build --preset "$preset" "$@"
+  cmake --build --preset "$preset" ${targets:+--target "${targets[@]}"}
 }
 
 mkdir -p build

@@ -93,7 +93,7 @@ CLI::App* addRenderCommand(CLI::App& app, RenderArguments& a) {
 
     const std::string outputs = "Outputs";
     repeatable("--aov", a.aovs, "NAME=FILE",
-               "direct indirect caustic emission albedo normal depth motion variance; repeatable")
+               "color direct indirect caustic emission albedo normal depth motion variance; repeatable")
         ->group(outputs);
     c->add_option("--exposure", a.display.exposure, "display outputs only (0)")
         ->check(numberWithin(-100, 100))

@@ -14,7 +14,8 @@ struct Aov {
     bool guide; ///< of the first surface, by the visibility node, rather than light
 };
 
-/// Bit i of the parameter `view.aovs` asks for entry i. `variance` comes from the sums and needs no plane.
+/// Bit i of the parameter `view.aovs` asks for entry i. `color` (the picture) and `variance` come from the sums and
+/// need no plane.
 inline constexpr std::array<Aov, 8> kAovs{{
     {"direct", ".direct", 3, false},
     {"indirect", ".indirect", 3, false},
@@ -26,6 +27,14 @@ inline constexpr std::array<Aov, 8> kAovs{{
     {"motion", ".motion", 2, true},
 }};
 inline constexpr std::string_view kAovParam = "view.aovs";
-inline constexpr std::string_view kVarianceAov = "variance";
+inline constexpr std::string_view kColorAov = "color", kVarianceAov = "variance";
+
+/// The entry of kAovs; kAovs.end() when there is none.
+constexpr auto findAov(std::string_view name) {
+    auto it = kAovs.begin();
+    while (it != kAovs.end() && it->name != name) ++it;
+    return it;
+}
+constexpr bool isFromSums(std::string_view name) { return name == kColorAov || name == kVarianceAov; }
 
 } // namespace trilume::graph

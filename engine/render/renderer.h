@@ -89,8 +89,8 @@ public:
     };
     /// Brings the device copy up to date with the scene, renders and averages. Linear RGBA, row 0 at the top.
     ImageData render(const RenderOptions& options);
-    /// direct, indirect, caustic, emission, albedo, normal, depth, motion, variance; 3 channels (depth 1, motion 2).
-    /// Throws inputError when the technique doesn't produce it.
+    /// color (the picture again), direct, indirect, caustic, emission, albedo, normal, depth, motion, variance; 3
+    /// channels (color 4, depth and variance 1, motion 2). Throws inputError when the technique doesn't produce it.
     ImageData aov(std::string_view name);
     const FrameStats& stats() const;
     /// The compiled graph, as DOT or JSON.

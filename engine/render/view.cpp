@@ -53,6 +53,7 @@ struct View::Impl {
     void syncScene();
     template<class T>
     std::vector<T> readPlane(std::string_view name);
+    ImageData picture();
 
     Engine& engine;
     Engine::Impl& shared;
@@ -131,13 +132,12 @@ void View::setNodeEnabled(std::string_view node, bool enabled) {
 void View::setAovs(std::vector<std::string> names) {
     int64_t mask = 0;
     for (const std::string& name : names) {
-        if (name == graph::kVarianceAov) continue;
-        const auto it =
-            std::find_if(graph::kAovs.begin(), graph::kAovs.end(), [&](const graph::Aov& a) { return a.name == name; });
+        if (graph::isFromSums(name)) continue;
+        const auto it = graph::findAov(name);
         if (it == graph::kAovs.end()) {
-            std::string known;
-            for (const auto& a : graph::kAovs) known += std::string(a.name) + ", ";
-            throw inputError("no such AOV", name, "AOVs are: " + known + std::string(graph::kVarianceAov));
+            std::string known(graph::kColorAov);
+            for (const auto& a : graph::kAovs) known += ", " + std::string(a.name);
+            throw inputError("no such AOV", name, "AOVs are: " + known + ", " + std::string(graph::kVarianceAov));
         }
         mask |= int64_t{1} << (it - graph::kAovs.begin());
     }
@@ -153,7 +153,7 @@ void View::Impl::buildGraph() {
     if (graphIsCurrent()) return;
     std::vector<std::string> outputs{"composite.sums"};
     for (const std::string& aov : aovs)
-        if (aov != graph::kVarianceAov) outputs.push_back("composite.aov." + aov);
+        if (!graph::isFromSums(aov)) outputs.push_back("composite.aov." + aov);
     executor.setGraph(graph::compile({graphNodes, gpuScene.facts(), params, width, height, outputs}));
     if (historyParams != params.historyRevision()) executor.resetHistory();
     historyParams = params.historyRevision();
@@ -294,11 +294,16 @@ ImageData View::render(const RenderOptions& options) {
     v.stats.ms = watch.ms() - (v.shared.pipelineMs - pipelinesBefore);
     v.stats.memoryBytes = v.device.memoryInUse();
 
-    const auto sums = v.readPlane<shared::PixelSums>("composite.sums");
-    ImageData image{v.width, v.height, 4, {}};
+    return v.picture();
+}
+
+ImageData View::Impl::picture() {
+    const auto sums = readPlane<shared::PixelSums>("composite.sums");
+    if (sums.empty()) throw inputError("no picture", "technique " + technique->name, "switch node composite on");
+    ImageData image{width, height, 4, {}};
     image.pixels.reserve(4 * sums.size());
     for (const shared::PixelSums& s : sums) {
-        for (int c = 0; c < 3; ++c) image.pixels.push_back(s.sum[c] / static_cast<float>(done));
+        for (int c = 0; c < 3; ++c) image.pixels.push_back(s.sum[c] / static_cast<float>(std::max(averaged, 1u)));
         image.pixels.push_back(1);
     }
     return image;
@@ -317,6 +322,7 @@ std::vector<T> View::Impl::readPlane(std::string_view name) {
 ImageData View::aov(std::string_view name) {
     Impl& v = *impl_;
     const auto frames = static_cast<float>(std::max(v.averaged, 1u));
+    if (name == graph::kColorAov) return v.picture();
     if (name == graph::kVarianceAov) {
         // Of the mean's luminance, from the sample variance.
         ImageData image{v.width, v.height, 1, {}};
@@ -326,8 +332,7 @@ ImageData View::aov(std::string_view name) {
         }
         return image;
     }
-    const auto it =
-        std::find_if(graph::kAovs.begin(), graph::kAovs.end(), [&](const graph::Aov& a) { return a.name == name; });
+    const auto it = graph::findAov(name);
     if (it == graph::kAovs.end()) throw inputError("no such AOV", std::string(name), "see trilume render --help");
     ImageData image{v.width, v.height, it->channels, v.readPlane<float>("composite.aov." + std::string(name))};
     if (image.pixels.empty())
