@@ -146,6 +146,23 @@ bool isLeaf(uint32_t child) { return (child & shared::kBvhLeafBit) != 0; }
 uint32_t leafFirst(uint32_t child) { return child & shared::kBvhLeafFirstMask; }
 uint32_t leafCount(uint32_t child) { return (child >> shared::kBvhLeafCountShift) & shared::kBvhLeafCountMask; }
 
+/// What a node's children add to the cost: area times the cost of testing what is in them.
+double nodeCost(std::span<const Box> boxes, const BvhNode& node, const BvhOptions& options) {
+    double cost = 0.0;
+    for (size_t c = 0; c < boxes.size(); ++c) {
+        const uint32_t child = node.children[c];
+        const double inside = isLeaf(child) ? double(leafCount(child)) : double(options.traversalCost);
+        cost += double(boxes[c].halfArea()) * inside;
+    }
+    return cost;
+}
+
+/// `sum` of nodeCost over all nodes, as the cost of a ray that hits the bounds.
+float expectedCost(double sum, const Box& bounds, const BvhOptions& options) {
+    const double area = bounds.halfArea();
+    return static_cast<float>(options.traversalCost + (area > 0.0 ? sum / area : 0.0));
+}
+
 class Builder {
 public:
     Builder(std::vector<Reference> references, const BvhOptions& options, TaskPool& pool)
@@ -329,26 +346,9 @@ private:
             throw inputError(fmt::format("{} primitives in one BVH", references_.size()), "acceleration structure",
                              "split the scene into smaller meshes");
         }
-        bvh.cost = normalisedCost(cost, bvh.bounds, options_);
+        bvh.cost = expectedCost(cost, bvh.bounds, options_);
     }
 
-public:
-    /// What a node's children add to the cost: area times the cost of testing what is in them.
-    static double nodeCost(std::span<const Box> boxes, const BvhNode& node, const BvhOptions& options) {
-        double cost = 0.0;
-        for (size_t c = 0; c < boxes.size(); ++c) {
-            const uint32_t child = node.children[c];
-            cost += double(boxes[c].halfArea()) *
-                    (isLeaf(child) ? static_cast<double>(leafCount(child)) : double(options.traversalCost));
-        }
-        return cost;
-    }
-    static float normalisedCost(double cost, const Box& bounds, const BvhOptions& options) {
-        const double area = bounds.halfArea();
-        return static_cast<float>(options.traversalCost + (area > 0.0 ? cost / area : 0.0));
-    }
-
-private:
     std::vector<Reference> references_;
     BvhOptions options_;
     TaskPool& pool_;
@@ -391,10 +391,10 @@ void refitBvh(Bvh& bvh, std::span<const Box> boxes, const BvhOptions& options) {
             nodeBoxes[i].grow(children[c]);
         }
         quantise(node, children);
-        cost += Builder::nodeCost(children, node, options);
+        cost += nodeCost(children, node, options);
     }
     bvh.bounds = nodeBoxes[0];
-    bvh.cost = Builder::normalisedCost(cost, bvh.bounds, options);
+    bvh.cost = expectedCost(cost, bvh.bounds, options);
 }
 
 TriangleInput triangleBoxes(std::span<const glm::vec3> positions, std::span<const glm::uvec3> triangles,

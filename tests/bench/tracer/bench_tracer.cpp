@@ -278,7 +278,12 @@ int run(const Options& options) {
                 }
             }
         }
-        if (!options.json) {
+        if (options.json) {
+            fmt::print(",\n  {{\"scene\": \"{}\", \"triangles\": {}, \"buildMs\": {:.4g}, \"embreeBuildMs\": {:.4g}, "
+                       "\"cost\": "
+                       "{:.4g}, \"depth\": {}}}",
+                       size.name, geometry.triangles.size(), buildMs, embree.buildMs, bvh.cost, bvh.depth);
+        } else {
             fmt::print("{:>9} {:>11} {:.1f} ms, embree {:.1f} ms; expected cost {:.1f}, depth {}\n",
                        geometry.triangles.size(), "build", buildMs, embree.buildMs, bvh.cost, bvh.depth);
         }
