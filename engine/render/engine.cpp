@@ -20,11 +20,12 @@ gpu::Tracer chooseTracer(gpu::Tracer wanted, const gpu::Device& device) {
 
 /// Rows that belong to the frame rather than to one node.
 void addFrameParams(Registry& registry) {
-    registry.addParam({.name = "sampler.sequence",
-                       .defaultValue = std::string("independent"),
-                       .choices = {"independent", "sobol"},
-                       .doc = "Random numbers: independent, or Owen-scrambled Sobol points (unbiased, less noise).",
-                       .resetsHistory = true});
+    registry.addParam(
+        {.name = "sampler.sequence",
+         .defaultValue = std::string("sobol"),
+         .choices = {"sobol", "independent"},
+         .doc = "Random numbers: Owen-scrambled Sobol points, or independent (unbiased both; more noise).",
+         .resetsHistory = true});
     registry.addParam({.name = "light.selection",
                        .defaultValue = std::string("power"),
                        .choices = {"power", "uncompensated"},

@@ -90,7 +90,6 @@ bool GpuScene::updateMeshes() {
         if (device.present) {
             const rt::MeshAccelAddresses accel = accel_.addresses(device.accel);
             m.nodes = accel.nodes;
-            m.leafVertices = accel.leafVertices;
             m.leafTriangles = accel.leafTriangles;
             m.triangles = device.triangles.address();
             m.positions = device.positions.address();

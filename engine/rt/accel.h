@@ -21,8 +21,7 @@ struct MeshAccelId {
 /// Device addresses for shared::Mesh; 0 with the query tracer.
 struct MeshAccelAddresses {
     VkDeviceAddress nodes = 0;         ///< shared::BvhNode
-    VkDeviceAddress leafVertices = 0;  ///< shared::LeafTriangle
-    VkDeviceAddress leafTriangles = 0; ///< always 0: a LeafTriangle holds its index
+    VkDeviceAddress leafTriangles = 0; ///< shared::LeafTriangle
 };
 
 /// One entry of the scene's instance table, in the table's order.

@@ -31,7 +31,7 @@ public:
     void remove(uint32_t slot) override { meshes_[slot] = {}; }
 
     MeshAccelAddresses addresses(uint32_t slot) const override {
-        return {meshes_[slot].nodes.address(), meshes_[slot].triangles.address(), 0};
+        return {meshes_[slot].nodes.address(), meshes_[slot].triangles.address()};
     }
 
     void buildTop(std::span<const PlacedInstance> instances) override {

@@ -80,7 +80,9 @@ Surface loadMeshSurface(Hit hit, Instance instance) {
     const uint subset = (mesh.flags & kMeshHasSubsets) != 0u ? mesh.subsets.v[hit.primitive] : 0u;
     s.material = TL_SCENE.materialIndices.v[instance.firstMaterial + subset];
     s.light = instance.firstLight == kNone ? kNone : TL_SCENE.lightOfTriangle.v[instance.firstLight + hit.primitive];
-    s.extent = scale;
+    // Of the local coordinates that rounding has gone through, before translation; see lib/ray_offset.glsl.
+    const mat3 linear = mat3(instance.worldFromLocal);
+    s.extent = max(scale, maxComponent(abs(linear[0] * local.x) + abs(linear[1] * local.y) + abs(linear[2] * local.z)));
     return s;
 }
 

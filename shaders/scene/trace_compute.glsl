@@ -133,7 +133,7 @@ bool walkScene(vec3 worldOrigin, vec3 worldDirection, float tMin, float tMax, ui
                 if (shape == kShapeMesh) {
                     const uint mesh = instances.v[found].mesh;
                     nodes = meshes.v[mesh].nodes;
-                    triangles = LeafTriangleRef(meshes.v[mesh].leafVertices);
+                    triangles = meshes.v[mesh].leafTriangles;
                     origin = localOrigin;
                     inverse = safeInverse(localDirection);
                     shear = rayShear(localDirection);

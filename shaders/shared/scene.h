@@ -1,5 +1,5 @@
-// The scene as every pass sees it. World space here is "render space": metres relative to SceneTable's origin, which the
-// host chose near the scene's centre so that single precision is spent on the scene and not on its distance from 0.
+// The scene as every pass sees it. World space here is "render space": metres relative to SceneTable's origin, which
+// the host chose near the scene's centre so that single precision is spent on the scene and not on its distance from 0.
 #ifndef TL_SHARED_SCENE_H
 #define TL_SHARED_SCENE_H
 
@@ -31,15 +31,14 @@ TL_CONST uint kInstanceFlips = 1; // worldFromLocal mirrors: counter-clockwise b
 
 struct Mesh {
     TL_REF(BvhNode) nodes;
-    TL_REF(vec3) leafVertices;   // three per triangle, in the order of the leaves
-    TL_REF(uint) leafTriangles;  // leaf order to mesh order
-    TL_REF(uvec3) triangles;     // corner indices into positions
+    TL_REF(LeafTriangle) leafTriangles; // as the compute tracer reads them
+    TL_REF(uvec3) triangles;            // corner indices into positions
     TL_REF(vec3) positions;
-    TL_REF(vec3) normals;        // per corner; null: flat
-    TL_REF(vec2) uvs;            // per corner; null: none
-    TL_REF(uint) subsets;        // per triangle; null: all 0
+    TL_REF(vec3) normals; // per corner; null: flat
+    TL_REF(vec2) uvs;     // per corner; null: none
+    TL_REF(uint) subsets; // per triangle; null: all 0
     uint triangleCount;
-    uint flags;                  // kMeshHasNormals, kMeshHasUvs, kMeshHasSubsets
+    uint flags; // kMeshHasNormals, kMeshHasUvs, kMeshHasSubsets
 };
 TL_CONST uint kMeshHasNormals = 1;
 TL_CONST uint kMeshHasUvs = 2;
@@ -49,11 +48,11 @@ struct Instance {
     mat4x3 localFromWorld;
     mat4x3 worldFromLocal;
     mat4x3 previousWorldFromLocal;
-    uint shape;          // kShape*
-    uint mesh;           // index into meshes; shapes: kNone
-    uint firstMaterial;  // into materialIndices, plus the triangle's subset
-    uint firstLight;     // light of triangle i of an emissive mesh: lightOfTriangle[firstLight + i]; of a shape: the light
-                         // itself; kNone: emits nothing
+    uint shape;         // kShape*
+    uint mesh;          // index into meshes; shapes: kNone
+    uint firstMaterial; // into materialIndices, plus the triangle's subset
+    uint firstLight; // light of triangle i of an emissive mesh: lightOfTriangle[firstLight + i]; of a shape: the light
+                     // itself; kNone: emits nothing
     uint mask;
     uint flags;
 };
@@ -62,23 +61,23 @@ TL_DECLARE_REF(Mesh)
 TL_DECLARE_REF(Instance)
 
 struct SceneTable {
-    TL_REF(BvhNode) topNodes;        // over instances
-    TL_REF(uint) topInstances;       // leaf order to instance
+    TL_REF(BvhNode) topNodes;  // over instances
+    TL_REF(uint) topInstances; // leaf order to instance
     TL_REF(Instance) instances;
     TL_REF(Mesh) meshes;
     TL_REF(Material) materials;
     TL_REF(TextureInput) textureInputs;
     TL_REF(uint) materialIndices;
     TL_REF(Light) lights;
-    TL_REF(AliasEntry) lightAlias;   // over lights, by power
-    TL_REF(uint) lightOfTriangle;    // kNone where a triangle of an emissive instance emits nothing
+    TL_REF(AliasEntry) lightAlias; // over lights, by power
+    TL_REF(uint) lightOfTriangle;  // kNone where a triangle of an emissive instance emits nothing
     TL_REF(Distribution) distributions;
     uint instanceCount;
     uint lightCount;
-    uint infiniteLightCount;         // lights at infinity (dome, distant) stand first in `lights`
+    uint infiniteLightCount; // lights at infinity (dome, distant) stand first in `lights`
     vec3 boundsCenter;
-    float boundsRadius;              // of everything finite; 0: empty
-    uint padding;                    // to a multiple of 8 bytes: C++ and scalar layout then agree on what follows
+    float boundsRadius; // of everything finite; 0: empty
+    uint padding;       // to a multiple of 8 bytes: C++ and scalar layout then agree on what follows
 };
 
 TL_DECLARE_REF(SceneTable)

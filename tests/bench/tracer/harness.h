@@ -81,7 +81,7 @@ public:
                 row.mesh = static_cast<uint32_t>(meshes.size());
                 shared::Mesh& mesh = meshes.emplace_back();
                 mesh.nodes = addresses.nodes;
-                mesh.leafVertices = addresses.leafVertices;
+                mesh.leafTriangles = addresses.leafTriangles;
             }
         }
         meshes_ = device_.createBufferFrom(std::span<const shared::Mesh>(meshes), "meshes");
