@@ -2,10 +2,10 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/pfm.h"
 #include "core/text.h"
 
 #include <algorithm>
-#include <fstream>
 #include <set>
 
 namespace trilume::cli {
@@ -25,20 +25,17 @@ void checkHolds(const std::string& path, const std::string& aov) {
     if (lossy) throw inputError("this format can't hold this AOV", aov + "=" + path, "write .exr or .pfm");
 }
 
-std::string_view magicOf(const std::string& extension) {
-    if (extension == ".exr") return "\x76\x2f\x31\x01";
-    if (extension == ".png") return "\x89PNG";
-    if (extension == ".jpg" || extension == ".jpeg") return "\xff\xd8";
-    if (extension == ".hdr") return "#?";
-    if (extension == ".pfm") return "PF\n";
-    return {};
-}
-
-bool beginsAsItsFormat(const std::string& path) {
-    const std::string_view magic = magicOf(lowerExtension(path));
-    std::string start(std::max<size_t>(magic.size(), 1), '\0');
-    std::ifstream stream(path, std::ios::binary);
-    return stream.read(start.data(), static_cast<std::streamsize>(start.size())) && start.starts_with(magic);
+/// Reads all of it, as the beginning of a file that was cut short looks sound.
+bool isWhole(const std::string& path, Registry& registry) {
+    std::error_code ignored;
+    if (!fs::is_regular_file(path, ignored)) return false;
+    if (lowerExtension(path) == ".pfm") return isWholePfm(path);
+    try {
+        (void)registry.readTexture(path, ColorSpace::Linear);
+        return true;
+    } catch (const Error&) {
+        return false;
+    }
 }
 
 std::string knownFormats(const Registry& registry) {
@@ -87,9 +84,9 @@ std::vector<std::string> Outputs::aovNames() const {
     return names;
 }
 
-bool Outputs::complete(double frame) const {
+bool Outputs::complete(double frame, Registry& registry) const {
     return std::all_of(files_.begin(), files_.end(),
-                       [&](const File& file) { return beginsAsItsFormat(file.name.at(frame)); });
+                       [&](const File& file) { return isWhole(file.name.at(frame), registry); });
 }
 
 void Outputs::write(double frame, Registry& registry, const ImageData& picture, View& view) const {

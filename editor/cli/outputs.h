@@ -31,9 +31,8 @@ public:
     const std::string& picturePattern() const { return files_.front().name.pattern(); }
     std::string picturePath(double frame) const { return files_.front().name.at(frame); }
 
-    /// Whether every file of the frame exists and begins as its format does. Files are renamed into place when whole,
-    /// so the beginning vouches for the rest.
-    bool complete(double frame) const;
+    /// Whether every file of the frame exists and can be read to its end.
+    bool complete(double frame, Registry& registry) const;
 
     /// Writes all of the frame's files, each whole or not at all.
     void write(double frame, Registry& registry, const ImageData& picture, View& view) const;

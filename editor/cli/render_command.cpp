@@ -149,7 +149,7 @@ void runRender(const RenderArguments& a) {
     std::vector<double> frames = framesOf(a, *scene);
     outputs.checkFor(frames);
     const size_t asked = frames.size();
-    if (a.resume) std::erase_if(frames, [&](double frame) { return outputs.complete(frame); });
+    if (a.resume) std::erase_if(frames, [&](double frame) { return outputs.complete(frame, engine.registry()); });
     if (frames.empty()) {
         fmt::print("{}: complete already\n", outputs.picturePattern());
         return;

@@ -4,6 +4,7 @@
 
 #include <bit>
 #include <fstream>
+#include <string>
 
 namespace trilume {
 
@@ -22,6 +23,19 @@ void writePfm(const std::filesystem::path& path, uint32_t width, uint32_t height
     }
     stream.close();
     if (!stream) throw runError("cannot write image", path.string(), "writing failed: is the disk full?");
+}
+
+bool isWholePfm(const std::filesystem::path& path) {
+    std::ifstream stream(path, std::ios::binary);
+    std::string magic;
+    uint64_t width = 0, height = 0;
+    double scale = 0;
+    if (!(stream >> magic >> width >> height >> scale) || magic != "PF") return false;
+    stream.get(); // One white space ends the header.
+    const auto headerBytes = static_cast<uint64_t>(stream.tellg());
+    std::error_code error;
+    const uint64_t bytes = std::filesystem::file_size(path, error);
+    return !error && bytes == headerBytes + width * height * 3 * sizeof(float);
 }
 
 } // namespace trilume

@@ -10,4 +10,7 @@ namespace trilume {
 /// row 0 at the top (the file stores the bottom row first). Throws runError when writing fails. Not atomic by itself.
 void writePfm(const std::filesystem::path& path, uint32_t width, uint32_t height, std::span<const float> rgb);
 
+/// Whether the file is a colour PFM that holds all the values that its header promises.
+bool isWholePfm(const std::filesystem::path& path);
+
 } // namespace trilume

@@ -89,20 +89,36 @@ TEST(Outputs, RejectsBadAovs) {
     EXPECT_EQ(good.aovNames(), (std::vector<std::string>{"depth", "normal"}));
 }
 
-TEST(Outputs, CompleteMeansEveryFileBeginsAsItsFormat) {
+TEST(Outputs, CompleteMeansEveryFileIsWhole) {
     std::string name = (fs::temp_directory_path() / "trilume-cli-XXXXXX").string();
     const fs::path folder = ::mkdtemp(name.data());
+    Registry registry;
     const Outputs outputs((folder / "o.#.pfm").string(), {"albedo=" + (folder / "a.#.png").string()}, {});
-    const auto put = [&](const char* file, const char* bytes) { std::ofstream(folder / file) << bytes; };
-    put("o.1.pfm", "PF\n1 1\n");
-    EXPECT_FALSE(outputs.complete(1)) << "the AOV is missing";
-    put("a.1.png", "\x89PNG\r\n");
-    EXPECT_TRUE(outputs.complete(1));
-    put("o.2.pfm", "");
-    put("a.2.png", "\x89PNG\r\n");
-    EXPECT_FALSE(outputs.complete(2));
-    put("o.2.pfm", "GIF89a");
-    EXPECT_FALSE(outputs.complete(2));
+    const ImageData image{4, 4, 3, std::vector<float>(48, 0.5f)};
+    const auto cut = [&](const char* file, uintmax_t bytes) {
+        fs::resize_file(folder / file, fs::file_size(folder / file) - bytes);
+    };
+    registry.writeImage(folder / "o.1.pfm", image);
+    EXPECT_FALSE(outputs.complete(1, registry)) << "the AOV is missing";
+    registry.writeImage(folder / "a.1.png", image);
+    EXPECT_TRUE(outputs.complete(1, registry));
+    EXPECT_FALSE(outputs.complete(2, registry));
+    cut("o.1.pfm", 1);
+    EXPECT_FALSE(outputs.complete(1, registry));
+    registry.writeImage(folder / "o.1.pfm", image);
+    EXPECT_TRUE(outputs.complete(1, registry));
+    fs::resize_file(folder / "a.1.png", 0);
+    EXPECT_FALSE(outputs.complete(1, registry));
+
+    for (const char* extension : {".exr", ".hdr", ".pfm"}) {
+        const std::string path = (folder / "one").string() + extension;
+        registry.writeImage(path, image);
+        EXPECT_TRUE(Outputs(path, {}, {}).complete(0, registry)) << extension;
+        fs::resize_file(path, fs::file_size(path) - 8);
+        EXPECT_FALSE(Outputs(path, {}, {}).complete(0, registry)) << extension;
+        std::ofstream(path) << "no picture";
+        EXPECT_FALSE(Outputs(path, {}, {}).complete(0, registry)) << extension;
+    }
     fs::remove_all(folder);
 }
 
