@@ -45,9 +45,10 @@ bool traceSurface(vec3 origin, vec3 direction, float tMin, float tMax, uint mask
 }
 
 // Share of light that passes along a segment: 1 where nothing blocks it, 0 where something does; between with cut-outs.
-// `direction` spans it; the end is excluded.
+// tMax is 1, and `direction` spans the segment without its end, or kFloatMax for a ray to infinity.
 float segmentVisibility(vec3 origin, vec3 direction, float tMax) {
 #if TL_CUTOUTS
+    const vec3 end = origin + direction;
     float share = 1.0;
     for (uint i = 0u; i < kMaxCutouts; ++i) {
         Hit hit;
@@ -58,7 +59,11 @@ float segmentVisibility(vec3 origin, vec3 direction, float tMax) {
         share *= 1.0 - hitOpacity(hit, blocker);
         if (share <= 0.0) return 0.0;
         origin = offsetRayOrigin(blocker.position, sideTowards(blocker, direction), blocker.extent);
-        tMax -= hit.t;
+        if (tMax < kFloatMax) {
+            // Aimed anew: moved along with the origin, the end could lie inside its light.
+            if (dot(end - origin, direction) <= 0.0) return share;
+            direction = end - origin;
+        }
     }
     return 0.0;
 #else
