@@ -232,7 +232,7 @@ bool addTriangles(const EmissiveMeshInput& input, glm::dvec3 origin, Emitters& e
         if (!(e.light.area > 0) || !std::isfinite(e.light.area)) continue;
         e.light.kind = shared::kLightTriangle;
         e.light.instance = input.instance;
-        e.light.image = input.textured && input.textured(i) ? i : shared::kNone;
+        e.light.image = input.varies && input.varies(i) ? i : shared::kNone;
         e.light.distribution = shared::kNone;
         e.light.radiance = *radiance;
         e.light.position = glm::vec3(linear * p0 + translation);

@@ -17,7 +17,7 @@ struct LightInput {
     glm::dmat4 worldFromLocal{1};
     uint32_t instance = shared::kNone;     ///< whose exact shape it is; kNone: distant, dome
     uint32_t id = 0;                       ///< stable from frame to frame
-    uint32_t image = shared::kNone;        ///< bindless index of the emission texture (rect, dome)
+    uint32_t image = shared::kNone;        ///< as shared::Light::image
     uint32_t distribution = shared::kNone; ///< index of the texture's distribution
     glm::vec3 textureMean{1};              ///< TextureDistribution::mean
 };
@@ -26,10 +26,9 @@ struct EmissiveMeshInput {
     const Mesh* mesh = nullptr;
     glm::dmat4 worldFromLocal{1};
     uint32_t instance = shared::kNone;
-    std::function<glm::vec3(uint32_t triangle)>
-        radiance;                                    ///< W/(m^2 sr); the mean where a texture makes it vary; 0: none
-    std::function<bool(uint32_t triangle)> textured; ///< whether a texture makes it vary; empty: never
-    uint32_t firstId = 0;                            ///< triangle i has id firstId + i
+    std::function<glm::vec3(uint32_t triangle)> radiance; ///< W/(m^2 sr); a mean where it varies; 0: none
+    std::function<bool(uint32_t triangle)> varies; ///< whether a texture or a cut-out makes it vary; empty: never
+    uint32_t firstId = 0;                          ///< triangle i has id firstId + i
 };
 
 /// Host side of SceneTable::lights, lightAlias and lightOfTriangle.

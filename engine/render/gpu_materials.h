@@ -27,6 +27,10 @@ public:
     const shared::Material& material(uint32_t index) const { return materials_.values()[index]; }
     /// Mean radiance that the material emits, W/(m^2 sr); 0: it does not.
     glm::vec3 emission(uint32_t index) const { return traits_[index].emission; }
+    /// Whether emission varies over a surface: by a map, or as parts of it are cut out.
+    bool emissionVaries(uint32_t index) const {
+        return material(index).emissionMap != 0 || (material(index).flags & shared::kMaterialCutout) != 0;
+    }
     bool isDiffuse(uint32_t index) const { return traits_[index].diffuse; }
     /// Has a lobe sharp enough to cast caustics.
     bool castsCaustics(uint32_t index) const { return traits_[index].caustic; }

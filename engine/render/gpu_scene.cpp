@@ -224,8 +224,8 @@ void GpuScene::addMeshes(Draft& draft) {
             return materials[mesh.triangleSubset.empty() ? 0 : mesh.triangleSubset[triangle]];
         };
         input.radiance = [this, materialOf](uint32_t triangle) { return materials_.emission(materialOf(triangle)); };
-        input.textured = [this, materialOf](uint32_t triangle) {
-            return materials_.material(materialOf(triangle)).emissionMap != 0;
+        input.varies = [this, materialOf](uint32_t triangle) {
+            return materials_.emissionVaries(materialOf(triangle));
         };
         input.firstId = stableId(entity, static_cast<uint32_t>(mesh.triangles.size()));
         draft.emissive.push_back(std::move(input));
@@ -240,15 +240,13 @@ void GpuScene::addSpheres(Draft& draft) {
         const uint32_t material = materials_.index(sphere.material);
         const uint32_t instance = addInstance(draft, shared::kShapeSphere, kNone, transform, localFromShape,
                                               std::span(&material, 1), maskOf(scene_.world.find<Visibility>(entity)));
-        if (sphere.material == MaterialId::None) return;
-        // Textured emission is found by BSDF samples only: unbiased, noisier.
-        const Material& m = scene_.material(sphere.material);
-        if (m.emission == glm::vec3(0) || m.emissionMap.texture != TextureId::None) return;
+        if (materials_.emission(material) == glm::vec3(0)) return;
         Light& light = draft.emitters.emplace_back();
         light.kind = LightKind::Sphere;
         light.radius = sphere.radius;
-        light.radiance = m.emission;
+        light.radiance = materials_.emission(material);
         addLight(draft, light, transform.worldFromLocal, instance, entity);
+        if (materials_.emissionVaries(material)) draft.lights.back().image = 0;
     });
 }
 

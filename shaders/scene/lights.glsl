@@ -21,14 +21,23 @@ struct DirectSample {
     uint light;
 };
 
-// Emission of a textured emissive triangle varies over it: ask the material at the sampled point.
-vec3 triangleRadiance(Light light, vec2 barycentrics) {
+// Whether textures or cut-outs make a light's emission vary: then its material knows.
+bool emissionVaries(Light light) {
+    return light.image != kNone && (light.kind == kLightTriangle || light.kind == kLightSphere);
+}
+
+// Emission at the point that was sampled from `position`, times the share of rays that meet the surface there.
+vec3 materialRadiance(Light light, vec3 position, LightSample s) {
     Hit hit;
+    hit.t = s.distance;
     hit.instance = light.instance;
     hit.primitive = light.image;
-    hit.uv = barycentrics;
-    const Surface s = loadSurface(hit);
-    return loadEmission(TL_SCENE.materials.v[s.material], s, 0.0);
+    hit.uv = s.uv;
+    completeHit(hit, position, s.wi);
+    const Surface emitter = loadSurface(hit);
+    const Material m = TL_SCENE.materials.v[emitter.material];
+    const float opacity = (m.flags & kMaterialCutout) != 0u ? loadOpacity(m, emitter, 0.0) : 1.0;
+    return opacity * loadEmission(m, emitter, 0.0);
 }
 
 // One light by the alias table, one direction towards it.
@@ -44,9 +53,8 @@ DirectSample sampleDirect(vec3 position, inout Sampler rng) {
     d.delta = s.delta;
     d.normal = s.normal;
     d.extent = maxComponent(abs(light.axisU) + abs(light.axisV)) + light.radius;
-#if TL_TEXTURES
-    if (light.kind == kLightTriangle && light.image != kNone && s.pdfSolidAngle > 0.0)
-        d.radiance = triangleRadiance(light, s.uv);
+#if TL_TEXTURES || TL_CUTOUTS
+    if (emissionVaries(light) && s.pdfSolidAngle > 0.0) d.radiance = materialRadiance(light, position, s);
 #endif
     d.pdfSolidAngle = s.pdfSolidAngle * light.selection;
     return d;
@@ -59,12 +67,11 @@ float uncompensatedPdf(DirectSample d) { return d.pdfSolidAngle / TL_SCENE.light
 // Radiance that surface `s` emits towards `wo` (unit, away from the surface).
 vec3 surfaceEmission(Surface s, vec3 wo, float footprint) {
     if (dot(s.geometricNormal, wo) <= 0.0) return vec3(0.0);
-    if (s.light != kNone) {
-        const Light light = TL_SCENE.lights.v[s.light];
-        if (light.kind != kLightTriangle) return lightRadiance(light, -wo, lightUv(light, s.position, -wo));
-    }
     const Material m = TL_SCENE.materials.v[s.material];
-    return (m.flags & kMaterialEmissive) != 0u ? loadEmission(m, s, footprint) : vec3(0.0);
+    if ((m.flags & kMaterialEmissive) != 0u) return loadEmission(m, s, footprint);
+    if (s.light == kNone) return vec3(0.0);
+    const Light light = TL_SCENE.lights.v[s.light];
+    return lightRadiance(light, -wo, lightUv(light, s.position, -wo));
 }
 
 // Density with which sampleDirect at `from` makes the direction `wi` to the emitting surface point `s`.

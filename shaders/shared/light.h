@@ -18,8 +18,8 @@ TL_CONST uint kLightTriangle = 6;
 struct Light {
     uint kind;
     uint instance;       // whose surface it is; kNone: distant, dome
-    uint image;          // rect, dome: bindless index of the emission texture; triangle: its index in the mesh where a
-                         // texture makes its emission vary (radiance is the mean); else kNone
+    uint image;          // rect, dome: bindless index of the emission texture; triangle, sphere: where textures or
+                         // cut-outs make its emission vary (radiance is a mean), its index in the mesh, or 0; else kNone
     uint distribution;   // index into distributions for importance-sampled textures, or kNone
     vec3 radiance;       // W/(m^2 sr), multiplied by the texture where there is one; distant of angle 0: irradiance, W/m^2
     float selection;     // probability that the alias table chooses this light

@@ -195,6 +195,76 @@ TEST_F(RendererTest, RemovedLightIsGoneAtOnce) {
     EXPECT_EQ(pathtrace->reason, "no lights");
 }
 
+/// Light samples change the noise and not the picture: the means agree within 4.5 standard deviations of their
+/// difference.
+void expectLightSamplesAreUnbiased(Scene& scene) {
+    double means[2], variance = 0;
+    for (const int nee : {0, 1}) {
+        View view(engine(), scene, 32, 24, "");
+        view.setTechnique("pathtrace");
+        view.params().set("sampler.sequence", "independent"); // what the variance AOV assumes
+        view.params().set("pathtrace.nee", std::to_string(nee));
+        view.setSeed(static_cast<uint64_t>(nee));
+        view.setAovs({"variance"});
+        means[nee] = mean(view.render({.spp = nee ? 128u : 512u}));
+        EXPECT_EQ(view.stats().nonfinite, 0u);
+        for (const float v : view.aov("variance").pixels) variance += v;
+    }
+    EXPECT_GT(means[0], 0.0);
+    EXPECT_LT(std::abs(means[1] - means[0]), 4.5 * std::sqrt(variance) / (32 * 24)) << means[1] << ", " << means[0];
+}
+
+Mesh quadMesh(float halfSize) {
+    Mesh mesh;
+    mesh.name = "/Quad";
+    mesh.positions = {
+        {-halfSize, 0, -halfSize}, {halfSize, 0, -halfSize}, {halfSize, 0, halfSize}, {-halfSize, 0, halfSize}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}}; // faces -y
+    return mesh;
+}
+
+TEST_F(RendererTest, EmittersThatAreCutOutEmitByTheirOpacity) {
+    Material half = lambert(glm::vec3(0), glm::vec3(5));
+    half.opacity = 0.5f;
+    for (const bool sphere : {false, true}) {
+        SCOPED_TRACE(sphere ? "sphere" : "mesh");
+        Room room;
+        room.scene.world.destroy(room.lamp);
+        room.scene.world.destroy(room.ball);
+        const MaterialId material = room.scene.addMaterial(half);
+        const Entity emitter = room.scene.createEntity("/Emitter", glm::translate(glm::dmat4(1), {0, 1, 0}));
+        if (sphere)
+            room.scene.world.add(emitter, SphereInstance{0.5f, material});
+        else
+            room.scene.world.add(emitter, MeshInstance{room.scene.addMesh(quadMesh(0.5f)), {material}});
+        expectLightSamplesAreUnbiased(room.scene);
+    }
+}
+
+TEST_F(RendererTest, ATexturedSphereCanBeTheOnlyLight) {
+    Room room;
+    room.scene.world.destroy(room.lamp);
+    Texture stripes;
+    stripes.name = "stripes";
+    stripes.width = 2;
+    stripes.height = 1;
+    stripes.rgba32f = {1, 1, 1, 1, 9, 9, 9, 1};
+    Material glow = lambert(glm::vec3(0), glm::vec3(1));
+    glow.emissionMap.texture = room.scene.addTexture(stripes);
+    room.scene.world.modify<SphereInstance>(room.ball)->material = room.scene.addMaterial(glow);
+    expectLightSamplesAreUnbiased(room.scene);
+}
+
+// Rays leave large surfaces far off; what they aim at must not move along with them.
+TEST_F(RendererTest, ALargeCutOutPlaneLetsLightThrough) {
+    Room room;
+    Material half = lambert(glm::vec3(0.5f));
+    half.opacity = 0.5f;
+    const Entity plane = room.scene.createEntity("/Plane", glm::translate(glm::dmat4(1), {0, 3, 0}));
+    room.scene.world.add(plane, MeshInstance{room.scene.addMesh(quadMesh(3000)), {room.scene.addMaterial(half)}});
+    expectLightSamplesAreUnbiased(room.scene);
+}
+
 // Far from the world's origin as near it: render space is centred on the scene.
 TEST_F(RendererTest, DistanceFromTheOriginDoesNotMatter) {
     Scene near, far;

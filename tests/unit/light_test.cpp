@@ -271,7 +271,7 @@ TEST(LightTable, TrianglesAreFoundByInstance) {
     const std::vector<EmissiveMeshInput> meshes{
         {.mesh = &mesh, .instance = 3, .radiance = lit, .firstId = 100},
         {.mesh = &mesh, .instance = 4, .radiance = unlit},
-        {.mesh = &mesh, .instance = 5, .radiance = second, .textured = [](uint32_t) { return true; }, .firstId = 200}};
+        {.mesh = &mesh, .instance = 5, .radiance = second, .varies = [](uint32_t) { return true; }, .firstId = 200}};
     const LightTable table = buildLightTable(std::span(&input, 1), meshes, dvec3(1, 0, 0), 1);
     EXPECT_EQ(table.firstLight, (std::vector<uint32_t>{0, shared::kNone, 5}));
     const uint32_t none = shared::kNone;
