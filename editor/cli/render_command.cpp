@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace trilume::cli {
@@ -66,7 +67,6 @@ void configure(View& view, const RenderArguments& a, const Outputs& outputs, con
     }
     for (const std::string& node : a.enabled) view.setNodeEnabled(node, true);
     for (const std::string& node : a.disabled) view.setNodeEnabled(node, false);
-    view.setSeed(a.seed);
     view.setAovs(outputs.aovNames());
 }
 
@@ -88,12 +88,22 @@ Error interruptedError(const RunStats& stats, const Outputs& outputs, double fra
     return runError("interrupted", outputs.picturePath(frame), hint);
 }
 
+/// Of the output frame's own: rendered alone, resumed or in a sequence it has the same noise, and another one than its
+/// neighbours. The mixer is SplitMix64's (Steele, Lea, Flood 2014).
+uint64_t seedOf(uint64_t seed, double frame) {
+    uint64_t x = seed + 0x9e3779b97f4a7c15ull * std::bit_cast<uint64_t>(frame + 0.0); // -0 + 0 is 0.
+    x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9ull;
+    x = (x ^ x >> 27) * 0x94d049bb133111ebull;
+    return x ^ x >> 31;
+}
+
 /// Renders frame after frame until done or interrupted; an interrupted frame is not written.
 void renderFrames(const RenderArguments& a, Engine& engine, Scene& scene, View& view, const Outputs& outputs,
                   const std::vector<double>& frames, const Stopwatch& sinceStart, RunStats& stats) {
     Progress progress(a.progress, frames.size());
     for (size_t i = 0; i < frames.size(); ++i) {
         if (i > 0) scene.setTime(frames[i]);
+        view.setSeed(seedOf(a.seed, frames[i]));
         const double before = sinceStart.ms();
         const ImageData picture = view.render({.spp = a.spp,
                                                .seconds = a.seconds,

@@ -35,6 +35,20 @@ Container readWhole(const fs::path& path) {
     return bytes;
 }
 
+/// Devices and pipes, which are written to as they stand: renaming a file over one would replace it.
+bool isSpecial(const fs::path& path) {
+    std::error_code ignored;
+    const fs::file_status status = fs::status(path, ignored);
+    return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
+}
+
+/// What a link leads to, so that the link stays; else the path as it is.
+fs::path throughLinks(const fs::path& path) {
+    std::error_code error;
+    const fs::path target = fs::is_symlink(path, error) ? fs::canonical(path, error) : path;
+    return error ? path : target;
+}
+
 fs::path folderOf(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
 
 /// A file beside its target that is removed unless renamed over it.
@@ -106,7 +120,8 @@ std::vector<std::byte> readFile(const fs::path& path) { return readWhole<std::ve
 std::string readTextFile(const fs::path& path) { return readWhole<std::string>(path); }
 
 void writeFileAtomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
-    TemporaryFile file(path);
+    if (isSpecial(path)) return write(path);
+    TemporaryFile file(throughLinks(path));
     write(file.path());
     file.replaceTarget();
 }
@@ -120,7 +135,12 @@ void writeFileAtomically(const fs::path& path, std::span<const std::byte> bytes)
     });
 }
 
-void checkWritable(const fs::path& path) { TemporaryFile{path}; }
+void checkWritable(const fs::path& path) {
+    if (!isSpecial(path))
+        TemporaryFile{throughLinks(path)};
+    else if (::access(path.c_str(), W_OK) != 0)
+        throw inputError("cannot write file", path.string(), std::strerror(errno));
+}
 
 fs::path homeDirectory() {
     if (const char* home = std::getenv("TRILUME_HOME"); home && *home) return home;

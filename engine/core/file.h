@@ -15,7 +15,8 @@ std::vector<std::byte> readFile(const std::filesystem::path& path);
 std::string readTextFile(const std::filesystem::path& path);
 
 /// Calls `write(temporary)` with a path beside `path` (same directory, same extension), then renames it over `path`.
-/// When `write` throws, the temporary file is removed and nothing of `path` has changed.
+/// When `write` throws, the temporary file is removed and nothing of `path` has changed. A symbolic link stays one; a
+/// device or pipe is written to directly.
 /// Throws inputError when the directory is missing or not writable.
 void writeFileAtomically(const std::filesystem::path& path,
                          const std::function<void(const std::filesystem::path& temporary)>& write);

@@ -96,7 +96,10 @@ View::~View() { impl_->device.waitIdle(); }
 
 void View::setTechnique(std::string_view name) { impl_->setTechnique(impl_->engine.registry().technique(name)); }
 ParamSet& View::params() { return impl_->params; }
-void View::setSeed(uint64_t seed) { impl_->seed = seed; }
+void View::setSeed(uint64_t seed) {
+    impl_->seed = seed;
+    impl_->frameIndex = 0;
+}
 const FrameStats& View::stats() const { return impl_->stats; }
 
 void View::Impl::setTechnique(const Technique& wanted) {

@@ -4,7 +4,10 @@
 #include "core/pfm.h"
 #include "core/text.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <cstring>
 #include <fstream>
@@ -124,6 +127,28 @@ TEST(File, ThrowingWriterLeavesEverythingAsItWas) {
     EXPECT_THROW(writeFileAtomically(target, failing), Error);
     EXPECT_EQ(readTextFile(target), "old");
     EXPECT_EQ(folder.fileCount(), 1u);
+}
+
+TEST(File, LinksStayAndPipesAreWrittenTo) {
+    const TemporaryFolder folder;
+    std::ofstream(folder.path / "real.bin") << "old";
+    fs::create_symlink(folder.path / "real.bin", folder.path / "link.bin");
+    const std::string text = "new";
+    writeFileAtomically(folder.path / "link.bin", std::as_bytes(std::span(text)));
+    EXPECT_TRUE(fs::is_symlink(folder.path / "link.bin"));
+    EXPECT_EQ(readTextFile(folder.path / "real.bin"), "new");
+
+    const fs::path pipe = folder.path / "pipe.bin";
+    ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+    const int reader = ::open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+    writeFileAtomically(pipe, std::as_bytes(std::span(text)));
+    char received[4] = {};
+    EXPECT_EQ(::read(reader, received, 3), 3);
+    ::close(reader);
+    EXPECT_STREQ(received, "new");
+    EXPECT_TRUE(fs::is_fifo(pipe));
+    checkWritable(pipe);
+    EXPECT_EQ(folder.fileCount(), 3u);
 }
 
 TEST(File, UnwritablePlacesAreInputErrors) {
