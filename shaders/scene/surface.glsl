@@ -14,6 +14,7 @@ struct Surface {
     vec3 geometricNormal;  // unit, on the front side
     vec3 shadingNormal;    // unit, same side as geometricNormal
     vec3 tangent;          // unit, along increasing s where there are texture coordinates, else arbitrary
+    float handedness;      // 1: t increases along cross(shadingNormal, tangent); -1, where textures are mirrored: against it
     vec2 uv;
     uint material;
     uint light;            // the sampled light that this point belongs to, or kNone
@@ -66,6 +67,7 @@ Surface loadMeshSurface(Hit hit, Instance instance) {
     }
     s.uv = hit.uv;
     s.tangent = e1 / scale;
+    s.handedness = side;
     s.uvDensity = 0.0;
     if ((mesh.flags & kMeshHasUvs) != 0u) {
         const vec2 st0 = mesh.uvs.v[corner];
@@ -73,7 +75,9 @@ Surface loadMeshSurface(Hit hit, Instance instance) {
         const vec2 d2 = mesh.uvs.v[corner + 2u] - st0;
         s.uv = st0 + hit.uv.x * d1 + hit.uv.y * d2;
         const float determinant = d1.x * d2.y - d1.y * d2.x;
-        if (determinant != 0.0) s.tangent = sign(determinant) * (d2.y * (e1 / scale) - d1.y * (e2 / scale));
+        const float turn = determinant < 0.0 ? -1.0 : 1.0;
+        if (determinant != 0.0) s.tangent = turn * (d2.y * (e1 / scale) - d1.y * (e2 / scale));
+        s.handedness = turn * side;
         s.uvDensity = sqrt(abs(determinant) / max(length(doubleArea), 1e-30)) / scale;
     }
     s.tangent = safeNormalize(s.tangent, vec3(1.0, 0.0, 0.0));
@@ -95,7 +99,7 @@ Surface loadShapeSurface(Hit hit, Instance instance) {
     if (instance.shape == kShapeSphere) {
         local = octahedralDecode(hit.uv);
         normal = local;
-        tangent = vec3(-local.z, 0.0, local.x);
+        tangent = vec3(local.z, 0.0, -local.x);
         s.uv = vec2(atan(local.x, local.z) * (0.5 / kPi) + 0.5, asin(clamp(local.y, -1.0, 1.0)) / kPi + 0.5);
     } else if (instance.shape == kShapeRect) {
         local = vec3(hit.uv - 0.5, 0.0);
@@ -113,6 +117,7 @@ Surface loadShapeSurface(Hit hit, Instance instance) {
     s.geometricNormal = safeNormalize(transformNormal(instance.localFromWorld, normal), vec3(0.0, 0.0, 1.0));
     s.shadingNormal = s.geometricNormal;
     s.tangent = safeNormalize(transformVector(instance.worldFromLocal, tangent), vec3(1.0, 0.0, 0.0));
+    s.handedness = (instance.flags & kInstanceFlips) != 0u ? -1.0 : 1.0;
     s.uvDensity = 0.0;
     s.material = TL_SCENE.materialIndices.v[instance.firstMaterial];
     s.light = instance.firstLight;
@@ -200,7 +205,7 @@ vec3 facingNormal(Material m, Surface s, vec3 wo, float footprint) {
     if (m.normalMap != 0u) {
         const vec3 t = textured(m.normalMap, vec4(0.0, 0.0, 1.0, 0.0), s, footprint).xyz;
         const vec3 tangent = safeNormalize(s.tangent - n * dot(n, s.tangent), s.tangent);
-        n = safeNormalize(t.x * tangent + t.y * cross(n, tangent) + t.z * n, n);
+        n = safeNormalize(t.x * tangent + (t.y * s.handedness) * cross(n, tangent) + t.z * n, n);
     }
 #endif
     const float side = dot(s.geometricNormal, wo) < 0.0 ? -1.0 : 1.0;

@@ -195,6 +195,40 @@ TEST_F(RendererTest, RemovedLightIsGoneAtOnce) {
     EXPECT_EQ(pathtrace->reason, "no lights");
 }
 
+// A normal map that leans towards +t shades alike however s runs, and on mirrored instances.
+TEST_F(RendererTest, NormalMapsFollowMirroredTextureCoordinates) {
+    const auto brightness = [](bool mirroredTexture, bool mirroredInstance, float lean) {
+        Scene scene;
+        Texture texture;
+        texture.name = "lean";
+        texture.width = texture.height = 1;
+        texture.rgba32f = {0, 0.6f * lean, 0.8f, 1};
+        Material m = lambert(glm::vec3(0.5f));
+        m.normalMap.texture = scene.addTexture(texture);
+        Mesh quad;
+        quad.name = "/Quad";
+        quad.positions = {{-9, 0, 9}, {9, 0, 9}, {9, 0, -9}, {-9, 0, -9}}; // faces +y; t along -z
+        quad.triangles = {{0, 1, 2}, {0, 2, 3}};
+        const float s0 = mirroredTexture ? 1 : 0, s1 = 1 - s0;
+        quad.uvs = {{s0, 0}, {s1, 0}, {s1, 1}, {s0, 0}, {s1, 1}, {s0, 1}};
+        const glm::dvec3 scale(mirroredInstance ? -1 : 1, 1, 1);
+        scene.world.add(scene.createEntity("/Quad", glm::scale(glm::dmat4(1), scale)),
+                        MeshInstance{scene.addMesh(quad), {scene.addMaterial(m)}});
+        Light sun; // from above and -z
+        sun.kind = LightKind::Distant;
+        scene.world.add(scene.createEntity("/Sun", glm::rotate(glm::dmat4(1), glm::radians(-135.0), {1, 0, 0})), sun);
+        addCamera(scene, {0, 2, 0.1}, {0, 0, 0});
+        View view(engine(), scene, 8, 8, "");
+        view.setTechnique("raytrace");
+        return mean(view.render({.spp = 1}));
+    };
+    const double towards = brightness(false, false, 1), away = brightness(false, false, -1);
+    EXPECT_NEAR(towards / away, 1.4 / 0.2, 0.01); // (0.8 + 0.6) / (0.8 - 0.6) under 45 degrees
+    EXPECT_NEAR(brightness(true, false, 1), towards, 1e-4 * towards);
+    EXPECT_NEAR(brightness(false, true, 1), towards, 1e-4 * towards);
+    EXPECT_NEAR(brightness(true, true, 1), towards, 1e-4 * towards);
+}
+
 /// Light samples change the noise and not the picture: the means agree within 4.5 standard deviations of their
 /// difference.
 void expectLightSamplesAreUnbiased(Scene& scene) {
