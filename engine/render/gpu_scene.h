@@ -23,6 +23,9 @@ public:
     /// Brings transforms, assets, instances, lights and acceleration structures up to date.
     void update();
 
+    /// Before each submission that traces rays.
+    void use() const { accel_.use(); }
+
     Scene& scene() { return scene_; }
     /// Render space is world space minus this.
     glm::dvec3 origin() const { return origin_; }

@@ -218,6 +218,7 @@ void View::Impl::submitFrame(uint32_t sampleIndex, bool dry) {
                                 specialised.defines.insert(specialised.defines.end(), defines.begin(), defines.end());
                                 return shared.pipeline(specialised);
                             }};
+    gpuScene.use();
     slot.submission = device.submit([&](gpu::Commands& commands) { executor.record(commands, input); });
     slot.pending = true;
     ++frameIndex;

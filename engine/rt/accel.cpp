@@ -175,6 +175,7 @@ void SceneAccel::setInstances(std::span<const InstanceInput> instances) {
     state.stats.buildMs += watch.ms();
 }
 
+void SceneAccel::use() const { state_->backend->use(); }
 VkDeviceAddress SceneAccel::topNodes() const { return state_->backend->topNodes(); }
 VkDeviceAddress SceneAccel::topInstances() const { return state_->backend->topInstances(); }
 

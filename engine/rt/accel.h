@@ -74,6 +74,8 @@ public:
     /// transform has no inverse, and meshes without triangles, can't be hit. Throws inputError for more than 4^11
     /// instances.
     void setInstances(std::span<const InstanceInput> instances);
+    /// Makes this scene the one that ray queries of the next submission trace: a device knows one at a time.
+    void use() const;
     /// Device addresses for shared::SceneTable; 0 with the query tracer.
     VkDeviceAddress topNodes() const;
     VkDeviceAddress topInstances() const;

@@ -32,6 +32,7 @@ public:
     virtual void remove(uint32_t slot) = 0;
     virtual MeshAccelAddresses addresses(uint32_t slot) const = 0;
     virtual void buildTop(std::span<const PlacedInstance> instances) = 0;
+    virtual void use() = 0;
     virtual VkDeviceAddress topNodes() const = 0;
     virtual VkDeviceAddress topInstances() const = 0;
 };

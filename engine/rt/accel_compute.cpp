@@ -47,6 +47,8 @@ public:
         store<uint32_t>(topInstances_, bvh.order, "top-level BVH");
     }
 
+    void use() override {} // the scene table names its structure
+
     VkDeviceAddress topNodes() const override { return topNodes_.address(); }
     VkDeviceAddress topInstances() const override { return topInstances_.address(); }
 

@@ -171,8 +171,10 @@ public:
         size_t updateScratch = 0;
         top_ = make(build, build.info.type, "top-level structure", updateScratch);
         submit(build);
-        device_.setTopLevel(top_.handle());
+        use();
     }
+
+    void use() override { device_.setTopLevel(top_.handle()); }
 
     VkDeviceAddress topNodes() const override { return 0; }
     VkDeviceAddress topInstances() const override { return 0; }

@@ -328,6 +328,27 @@ TEST_F(RendererTest, AnEmptySceneIsBlackAndNothingBreaks) {
     EXPECT_EQ(mean(view.render({.spp = 2})), 0.0);
 }
 
+// The device has one place for the top-level structure that ray queries trace.
+TEST_F(RendererTest, ViewsOfDifferentScenesTakeTurns) {
+    if (!engine().device().rayQuery()) GTEST_SKIP() << "no ray queries";
+    EngineOptions options;
+    options.tracer = gpu::Tracer::Query;
+    Engine queries{options};
+    Room room, empty;
+    empty.scene.world.destroy(empty.ball);
+    View view(queries, room.scene, 32, 24, "");
+    view.setTechnique("raytrace");
+    const ImageData before = view.render({.spp = 1});
+    {
+        View other(queries, empty.scene, 32, 24, "");
+        other.render({.spp = 1});
+        view.setSeed(0);
+        expectSame(view.render({.spp = 1}), before);
+    }
+    view.setSeed(0);
+    expectSame(view.render({.spp = 1}), before);
+}
+
 TEST_F(RendererTest, SwitchedOffNodesSaySoAndComeBack) {
     Room room;
     View view(engine(), room.scene, 32, 32, "");
