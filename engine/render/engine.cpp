@@ -50,7 +50,13 @@ Engine::Engine(const EngineOptions& options) : impl_(std::make_unique<Impl>()) {
     impl_->deviceMs = watch.ms();
 }
 
-Engine::~Engine() { impl_->device->waitIdle(); }
+Engine::~Engine() {
+    try {
+        impl_->device->waitIdle();
+    } catch (const Error&) {
+        // A lost device has nothing left to wait for, and whoever rendered was told.
+    }
+}
 
 Registry& Engine::registry() { return impl_->registry; }
 gpu::Device& Engine::device() { return *impl_->device; }

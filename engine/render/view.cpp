@@ -92,7 +92,13 @@ View::View(Engine& engine, Scene& scene, uint32_t width, uint32_t height, std::s
     setTechnique(engine.registry().defaultTechnique().name);
 }
 
-View::~View() { impl_->device.waitIdle(); }
+View::~View() {
+    try {
+        impl_->device.waitIdle();
+    } catch (const Error&) {
+        // A lost device has nothing left to wait for, and whoever rendered was told.
+    }
+}
 
 void View::setTechnique(std::string_view name) { impl_->setTechnique(impl_->engine.registry().technique(name)); }
 ParamSet& View::params() { return impl_->params; }
@@ -179,9 +185,11 @@ std::vector<std::pair<std::string, std::string>> View::Impl::shaderDefines() con
 
 void View::Impl::fillConstants(shared::FrameConstants& constants, const FrameSlot& slot, uint32_t sampleIndex) {
     Scene& scene = gpuScene.scene();
+    const Camera* lens = scene.world.find<Camera>(camera);
+    if (!lens)
+        throw inputError("the view's camera was removed from the scene", "camera", "open a view of another camera");
     const shared::Camera now =
-        makeCamera(*scene.world.find<Camera>(camera), scene.world.find<WorldTransform>(camera)->worldFromLocal,
-                   gpuScene.origin(), width, height);
+        makeCamera(*lens, scene.world.find<WorldTransform>(camera)->worldFromLocal, gpuScene.origin(), width, height);
     constants = {};
     constants.scene = gpuScene.table();
     constants.camera = now;

@@ -1,6 +1,8 @@
 // The engine as an application uses it, on scenes made in memory.
 #include "render/renderer.h"
 
+#include "core/error.h"
+
 #include <glm/gtc/matrix_transform.hpp>
 #include <gtest/gtest.h>
 
@@ -76,10 +78,10 @@ struct Room {
         Light light;
         light.radiance = glm::vec3(10);
         scene.world.add(lamp, light);
-        addCamera(scene, {0, 2, 6}, {0, 1, 0});
+        camera = addCamera(scene, {0, 2, 6}, {0, 1, 0});
     }
     Scene scene;
-    Entity ball, lamp;
+    Entity ball, lamp, camera;
 };
 
 double mean(const ImageData& image) {
@@ -347,6 +349,14 @@ TEST_F(RendererTest, ViewsOfDifferentScenesTakeTurns) {
     }
     view.setSeed(0);
     expectSame(view.render({.spp = 1}), before);
+}
+
+TEST_F(RendererTest, RemovedCameraIsAnError) {
+    Room room;
+    View view(engine(), room.scene, 16, 16, "");
+    view.render({.spp = 1});
+    room.scene.world.destroy(room.camera);
+    EXPECT_THROW(view.render({.spp = 1}), Error);
 }
 
 TEST_F(RendererTest, SwitchedOffNodesSaySoAndComeBack) {
