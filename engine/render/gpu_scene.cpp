@@ -64,11 +64,13 @@ void GpuScene::update() {
     facts_.dynamicInstances = facts_.changedLights = 0;
     const bool materialsChanged = materials_.update(scene_);
     const bool meshesChanged = updateMeshes();
+    const bool still = !facts_.sceneChanged;
     facts_.sceneChanged = first || materialsChanged || meshesChanged || scene_.world.now() != *seen_;
-    if (!facts_.sceneChanged) return;
-    seen_ = scene_.world.now();
+    if (!facts_.sceneChanged && still) return;
     ++revision_;
+    if (!facts_.sceneChanged) return;
     updateInstances();
+    seen_ = scene_.world.now(); // an update that failed is tried again
 }
 
 bool GpuScene::updateMeshes() {
@@ -325,11 +327,17 @@ void GpuScene::updateFacts(const Draft& draft) {
     facts_.transparent = materials_.cutouts() || materials_.transmissive();
     facts_.diffuseAlbedo = false;
     facts_.specularCasters = 0;
-    for (const shared::Instance& instance : draft.instances) {
+    for (size_t i = 0; i < draft.instances.size(); ++i) {
+        const shared::Instance& instance = draft.instances[i];
         facts_.dynamicInstances += instance.worldFromLocal != instance.previousWorldFromLocal ? 1 : 0;
-        const uint32_t material = draft.materialIndices[instance.firstMaterial];
-        facts_.diffuseAlbedo |= materials_.isDiffuse(material);
-        facts_.specularCasters += materials_.castsCaustics(material) ? 1 : 0;
+        const size_t end =
+            i + 1 < draft.instances.size() ? draft.instances[i + 1].firstMaterial : draft.materialIndices.size();
+        bool casts = false;
+        for (size_t k = instance.firstMaterial; k < end; ++k) {
+            facts_.diffuseAlbedo |= materials_.isDiffuse(draft.materialIndices[k]);
+            casts |= materials_.castsCaustics(draft.materialIndices[k]);
+        }
+        facts_.specularCasters += casts ? 1 : 0;
     }
 }
 

@@ -34,7 +34,7 @@ public:
     const GpuMaterials& materials() const { return materials_; }
     /// Of the last update.
     const rt::AccelStats& accelStats() const { return accel_.stats(); }
-    /// Grows with each update that found a change.
+    /// Grows with each update that found a change, and with the first that finds none: the facts differ.
     uint64_t revision() const { return revision_; }
 
 private:
