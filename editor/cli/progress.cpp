@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 namespace trilume::cli {
@@ -20,7 +21,7 @@ size_t terminalWidth() {
 } // namespace
 
 std::string durationText(double seconds) {
-    const auto whole = static_cast<long long>(std::clamp(seconds, 0.0, 1e9) + 0.5);
+    const long whole = std::lround(std::clamp(seconds, 0.0, 1e9));
     if (whole >= 3600) return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
     if (whole >= 60) return fmt::format("{}:{:02}", whole / 60, whole % 60);
     return fmt::format("{} s", whole);

@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <map>
+#include <set>
 
 namespace trilume::cli {
 namespace {
@@ -13,10 +14,12 @@ template<class Enum>
 CLI::Option* addChoice(CLI::App& app, const std::string& names, Enum& value, std::map<std::string, Enum> words,
                        const std::string& doc) {
     std::string list;
-    for (const auto& [word, unused] : words) list += (list.empty() ? "" : "|") + word;
+    std::set<std::string> known;
+    for (const auto& [word, unused] : words) {
+        list += (list.empty() ? "" : "|") + word;
+        known.insert(word);
+    }
     const auto set = [&value, words](const std::string& word) { value = words.at(word); };
-    std::vector<std::string> known;
-    for (const auto& [word, unused] : words) known.push_back(word);
     return app.add_option_function<std::string>(names, set, doc)->check(CLI::IsMember(known))->option_text(list);
 }
 

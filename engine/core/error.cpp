@@ -2,6 +2,8 @@
 
 #include "core/text.h"
 
+#include <utility>
+
 namespace trilume {
 namespace {
 
@@ -14,7 +16,7 @@ std::string join(const std::string& what, const std::string& where, const std::s
 
 } // namespace
 
-Error::Error(Fault fault, std::string what, std::string where, std::string hint)
+Error::Error(Fault fault, const std::string& what, const std::string& where, const std::string& hint)
     : Error(fault, Parts{oneLine(what), oneLine(where), oneLine(hint)}) {}
 
 Error::Error(Fault fault, Parts parts)

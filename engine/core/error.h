@@ -2,7 +2,6 @@
 
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 namespace trilume {
 
@@ -15,7 +14,7 @@ enum class Fault { Run = 1, Input = 2 };
 /// the parts that are not empty.
 class Error : public std::runtime_error {
 public:
-    Error(Fault fault, std::string what, std::string where, std::string hint);
+    Error(Fault fault, const std::string& what, const std::string& where, const std::string& hint);
 
     Fault fault() const { return fault_; }
     const std::string& problem() const { return problem_; }
@@ -32,11 +31,11 @@ private:
     std::string problem_, where_, hint_;
 };
 
-[[nodiscard]] inline Error inputError(std::string what, std::string where, std::string hint) {
-    return {Fault::Input, std::move(what), std::move(where), std::move(hint)};
+[[nodiscard]] inline Error inputError(const std::string& what, const std::string& where, const std::string& hint) {
+    return {Fault::Input, what, where, hint};
 }
-[[nodiscard]] inline Error runError(std::string what, std::string where, std::string hint) {
-    return {Fault::Run, std::move(what), std::move(where), std::move(hint)};
+[[nodiscard]] inline Error runError(const std::string& what, const std::string& where, const std::string& hint) {
+    return {Fault::Run, what, where, hint};
 }
 
 } // namespace trilume

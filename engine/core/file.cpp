@@ -98,7 +98,7 @@ fs::path ownBinary() {
     Dl_info info{};
     if (::dladdr(reinterpret_cast<const void*>(&ownBinary), &info) != 0 && info.dli_fname) {
         std::error_code error;
-        const fs::path path = fs::canonical(info.dli_fname, error);
+        fs::path path = fs::canonical(info.dli_fname, error);
         if (!error) return path;
     }
     std::error_code ignored;

@@ -26,6 +26,7 @@ std::vector<NamedCamera> camerasOf(const Scene& scene) {
 
 std::string listOf(const std::vector<NamedCamera>& cameras) {
     std::vector<std::string> paths;
+    paths.reserve(cameras.size());
     for (const NamedCamera& camera : cameras) paths.push_back(camera.path);
     std::sort(paths.begin(), paths.end());
     return commaList(paths);

@@ -100,7 +100,8 @@ private:
     mutable std::vector<LocalBounds> localBounds_; ///< by mesh; found once per revision of its points
 };
 
-/// Whether anything emits: a Light, or a visible mesh or sphere with an emissive material. Valid after updateTransforms.
+/// Whether anything emits: a Light, or a visible mesh or sphere with an emissive material. Valid after
+/// updateTransforms.
 bool hasLight(const Scene& scene);
 
 /// What lights a stage without a light: a neutral dome of radiance 1 W/(m^2 sr).
