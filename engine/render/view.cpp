@@ -71,13 +71,15 @@ struct View::Impl {
     std::set<std::string, std::less<>> disabled;
     std::vector<std::string> aovs;
 
-    bool graphBuilt = false;
+    bool graphBuilt = false, builtCameraMoved = false;
     uint64_t builtParams = 0, builtScene = 0, historyParams = 0;
     std::array<FrameSlot, kFramesInFlight> slots;
     uint32_t frameIndex = 0;
     uint32_t averaged = 0;
-    std::optional<shared::Camera> previousCamera;
-    rt::AccelStats builds; ///< since the last picture
+    graph::SceneFacts facts;                     ///< of the scene, and of this view's camera
+    std::optional<shared::Camera> pictureCamera; ///< of this picture
+    shared::Camera previousCamera{};             ///< of the picture before
+    rt::AccelStats builds;                       ///< since the last picture
     FrameStats stats;
 };
 
@@ -155,7 +157,8 @@ void View::setAovs(std::vector<std::string> names) {
 }
 
 bool View::Impl::graphIsCurrent() const {
-    return graphBuilt && builtParams == params.revision() && builtScene == gpuScene.revision();
+    return graphBuilt && builtParams == params.revision() && builtScene == gpuScene.revision() &&
+           builtCameraMoved == facts.cameraMoved;
 }
 
 void View::Impl::buildGraph() {
@@ -163,11 +166,12 @@ void View::Impl::buildGraph() {
     std::vector<std::string> outputs{"composite.sums"};
     for (const std::string& aov : aovs)
         if (!graph::isFromSums(aov)) outputs.push_back("composite.aov." + aov);
-    executor.setGraph(graph::compile({graphNodes, gpuScene.facts(), params, width, height, outputs}));
+    executor.setGraph(graph::compile({graphNodes, facts, params, width, height, outputs}));
     if (historyParams != params.historyRevision()) executor.resetHistory();
     historyParams = params.historyRevision();
     builtParams = params.revision();
     builtScene = gpuScene.revision();
+    builtCameraMoved = facts.cameraMoved;
     graphBuilt = true;
 }
 
@@ -184,16 +188,10 @@ std::vector<std::pair<std::string, std::string>> View::Impl::shaderDefines() con
 }
 
 void View::Impl::fillConstants(shared::FrameConstants& constants, const FrameSlot& slot, uint32_t sampleIndex) {
-    Scene& scene = gpuScene.scene();
-    const Camera* lens = scene.world.find<Camera>(camera);
-    if (!lens)
-        throw inputError("the view's camera was removed from the scene", "camera", "open a view of another camera");
-    const shared::Camera now =
-        makeCamera(*lens, scene.world.find<WorldTransform>(camera)->worldFromLocal, gpuScene.origin(), width, height);
     constants = {};
     constants.scene = gpuScene.table();
-    constants.camera = now;
-    constants.previousCamera = previousCamera.value_or(now);
+    constants.camera = *pictureCamera;
+    constants.previousCamera = previousCamera;
     constants.width = width;
     constants.height = height;
     constants.frameIndex = frameIndex;
@@ -203,7 +201,6 @@ void View::Impl::fillConstants(shared::FrameConstants& constants, const FrameSlo
     if (params.getChoice("light.selection") == "uncompensated") constants.flags |= shared::kFrameUncompensated;
     constants.counters = slot.counters.address();
     if (gpuScene.materials().specular()) constants.bsdfTables = shared.bsdfTables();
-    previousCamera = now;
 }
 
 void View::Impl::submitFrame(uint32_t sampleIndex, bool dry) {
@@ -218,7 +215,7 @@ void View::Impl::submitFrame(uint32_t sampleIndex, bool dry) {
     const auto defines = shaderDefines();
     graph::FrameInput input{.nodes = graphNodes,
                             .params = params,
-                            .facts = gpuScene.facts(),
+                            .facts = facts,
                             .frame = slot.constants.address(),
                             .sampleIndex = sampleIndex,
                             .pipeline = [&](const gpu::ShaderSource& source) -> const gpu::Pipeline& {
@@ -253,6 +250,18 @@ void View::Impl::syncScene() {
     builds.blasBuilt += accel.blasBuilt;
     builds.blasRefit += accel.blasRefit;
     builds.tlasBuilt += accel.tlasBuilt;
+
+    // Motion is that between pictures, of things and of the camera alike, in each of the frames averaged into one.
+    const Scene& scene = gpuScene.scene();
+    const Camera* lens = scene.world.find<Camera>(camera);
+    if (!lens)
+        throw inputError("the view's camera was removed from the scene", "camera", "open a view of another camera");
+    const shared::Camera now =
+        makeCamera(*lens, scene.world.find<WorldTransform>(camera)->worldFromLocal, gpuScene.origin(), width, height);
+    previousCamera = pictureCamera.value_or(now);
+    pictureCamera = now;
+    facts = gpuScene.facts();
+    facts.cameraMoved = std::memcmp(&previousCamera, &now, sizeof(now)) != 0;
 }
 
 double View::prepare() {
@@ -263,7 +272,6 @@ double View::prepare() {
     v.submitFrame(0, true);
     v.collectAll();
     v.frameIndex = 0;
-    v.previousCamera.reset();
     v.executor.resetHistory();
     return watch.ms();
 }

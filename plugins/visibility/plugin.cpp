@@ -6,7 +6,8 @@ static void registerPlugin(trilume::Registry& registry) {
                        .defaultValue = int64_t{64},
                        .minimum = 0,
                        .maximum = 1024,
-                       .doc = "Mirrors and refractions that a camera ray may pass; light beyond them is lost."});
+                       .doc = "Mirrors and refractions that a camera ray may pass; light beyond them is lost.",
+                       .resetsHistory = true});
     registry.addNode({"visibility", "visibility", [] { return std::make_unique<trilume::VisibilityNode>(); }});
 }
 

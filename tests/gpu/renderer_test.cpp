@@ -301,6 +301,31 @@ TEST_F(RendererTest, ALargeCutOutPlaneLetsLightThrough) {
     expectLightSamplesAreUnbiased(room.scene);
 }
 
+// A camera that moves by one pixel's width sees everything move by one pixel, in each of the frames that are averaged.
+TEST_F(RendererTest, MotionIsThatBetweenPictures) {
+    Scene scene;
+    Mesh wall;
+    wall.name = "/Wall";
+    wall.positions = {{-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}};
+    wall.triangles = {{0, 1, 2}, {0, 2, 3}};
+    const MaterialId grey = scene.addMaterial(lambert(glm::vec3(0.5f)));
+    scene.world.add(scene.createEntity("/Wall"), MeshInstance{scene.addMesh(wall), {grey}});
+    const Entity camera = addCamera(scene, {0, 0, 4}, {0, 0, 0}); // 4 units of wall across 32 pixels
+    View view(engine(), scene, 32, 32, "");
+    view.setAovs({"motion"});
+    view.render({.spp = 3});
+    for (const float x : view.aov("motion").pixels) EXPECT_EQ(x, 0);
+    scene.world.modify<LocalTransform>(camera)->parentFromLocal[3].x = 4.0 / 32;
+    view.render({.spp = 3});
+    const ImageData motion = view.aov("motion");
+    for (size_t i = 0; i < motion.pixels.size(); i += 2) {
+        EXPECT_NEAR(motion.pixels[i], -1, 1e-3);
+        EXPECT_NEAR(motion.pixels[i + 1], 0, 1e-3);
+    }
+    view.render({.spp = 3});
+    for (const float x : view.aov("motion").pixels) EXPECT_EQ(x, 0);
+}
+
 // Far from the world's origin as near it: render space is centred on the scene.
 TEST_F(RendererTest, DistanceFromTheOriginDoesNotMatter) {
     Scene near, far;
