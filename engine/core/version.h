@@ -6,4 +6,5 @@
 // standard library.
 #define TL_STRINGIZE_(x) #x
 #define TL_STRINGIZE(x) TL_STRINGIZE_(x)
-#define TL_PLUGIN_BUILD_TAG TRILUME_VERSION " gcc-abi " TL_STRINGIZE(__GXX_ABI_VERSION) " c++ " TL_STRINGIZE(__cplusplus)
+#define TL_PLUGIN_BUILD_TAG                                                                                            \
+    TRILUME_VERSION " gcc-abi " TL_STRINGIZE(__GXX_ABI_VERSION) " c++ " TL_STRINGIZE(__cplusplus)

@@ -171,7 +171,7 @@ TEST(Stats, JsonHoldsTheContract) {
     EXPECT_EQ(f["nodes"].at(1)["reason"], "no caster");
 }
 
-RenderArguments parse(std::string line) {
+RenderArguments parse(const std::string& line) {
     CLI::App app;
     RenderArguments arguments;
     addRenderCommand(app, arguments);
