@@ -34,6 +34,14 @@ def read_pfm(path):
     return data.reshape(height, width, channels)[::-1].astype(np.float32)
 
 
+def write_pfm(path, image):
+    """The inverse of read_pfm, for three channels."""
+    height, width, _ = image.shape
+    with open(path, "wb") as file:
+        file.write(f"PF\n{width} {height}\n-1.0\n".encode())
+        file.write(np.ascontiguousarray(image[::-1], dtype="<f4").tobytes())
+
+
 def write_image(path, image, channels=()):
     """float32, ZIP compressed where the format can."""
     import OpenImageIO as oiio

@@ -1,6 +1,5 @@
 #include "render/gpu_scene.h"
 
-#include "core/log.h"
 #include "light/distribution2d.h"
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -261,12 +260,8 @@ void GpuScene::addLights(Draft& draft) {
             return;
         }
         const auto [shape, localFromShape] = lightShape(light);
-        if (glm::determinant(glm::dmat3(transform.worldFromLocal * localFromShape)) == 0) {
-            log::writeOnce(log::Level::Warning, "flat light " + scene_.world.find<Name>(entity)->path,
-                           "light has no extent, left out: " + scene_.world.find<Name>(entity)->path +
-                               ": give it a size above 0");
-            return;
-        }
+        // Without extent it neither shines nor blocks; a light of radiance 0 still blocks, as a lamp switched off.
+        if (glm::determinant(glm::dmat3(transform.worldFromLocal * localFromShape)) == 0) return;
         uint32_t mask = maskOf(scene_.world.find<Visibility>(entity));
         if (!light.visibleToCamera) mask &= ~shared::kMaskCamera;
         const uint32_t material = GpuMaterials::kBlack;

@@ -73,7 +73,7 @@ public:
     void setTechnique(std::string_view name);
     ParamSet& params();
     void setNodeEnabled(std::string_view node, bool enabled);
-    void setSeed(uint64_t seed); ///< and begins the sequence of random numbers anew
+    void setSeed(uint64_t seed);                  ///< and begins the sequence of random numbers anew
     void setAovs(std::vector<std::string> names); ///< kept and averaged from the next frame on
 
     /// Uploads the scene and compiles the graph and its pipelines now rather than with the first frame. Returns the

@@ -1,6 +1,7 @@
 // Layout of the table of microfacet energies that the BSDF library reads (shaders/lib/bsdf/tables.glsl) and
 // trilume::bsdfTables fills. Axes: x = sqrt(cos theta) over [0, 1], y = perceptual roughness over [0, 1], and for
-// dielectrics z = cbrt(2 (eta - 1) / (eta + 1)) over [-1, 1], eta being the index beyond the surface over the one before it.
+// dielectrics z = cbrt(2 (eta - 1) / (eta + 1)) over [-1, 1], eta being the index beyond the surface over the one
+// before it.
 #ifndef TL_SHARED_BSDF_TABLES_H
 #define TL_SHARED_BSDF_TABLES_H
 
@@ -12,15 +13,15 @@ TL_BEGIN
 // factor (1 - cos)^5.
 TL_CONST uint kGgxSize = 32;
 // Word [y][x]: unorm16 pair of integrals of max(0, w(wi) - w(wo)) over the reflected light, w(d) = (1 - cos d)^5, with
-// Fresnel factor 1 - (1 - cos)^5 and (1 - cos)^5: what a smooth coat takes from the light reflected below it, beyond what
-// it takes from a mirror.
+// Fresnel factor 1 - (1 - cos)^5 and (1 - cos)^5: what a smooth coat takes from the light reflected below it, beyond
+// what it takes from a mirror.
 TL_CONST uint kGgxCoatedOffset = kGgxSize * kGgxSize;
 // Per y five floats: cosine-weighted means of the four in this order, and the standard deviation of the second.
 TL_CONST uint kGgxMeanOffset = 2 * kGgxSize * kGgxSize;
 TL_CONST uint kGgxMeans = 5;
 
-// Dielectrics. Word [z][y][x]: energy lost at (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) as unorm8, so that one load
-// serves one bilinear lookup.
+// Dielectrics. Word [z][y][x]: energy lost at (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) as unorm8, so that one
+// load serves one bilinear lookup.
 TL_CONST uint kDielectricOffset = kGgxMeanOffset + kGgxMeans * kGgxSize;
 TL_CONST uint kDielectricSize = 24;
 TL_CONST uint kDielectricEtas = 17;

@@ -11,17 +11,17 @@ TL_BEGIN
 // direction = filmCorner + x * filmU + y * filmV (at distance 1 along the optical axis, unnormalised).
 struct Camera {
     vec3 position;
-    float lensRadius;     // metres; 0: pinhole
+    float lensRadius; // metres; 0: pinhole
     vec3 filmCorner;
-    float focusDistance;  // metres along the optical axis
+    float focusDistance; // metres along the optical axis
     vec3 filmU;
-    float nearClip;       // along the optical axis
+    float nearClip; // along the optical axis
     vec3 filmV;
     float farClip;
-    vec3 right;           // unit
-    float filmArea;       // of the film rectangle at distance 1, for importance
+    vec3 right;     // unit
+    float filmArea; // of the film rectangle at distance 1, for importance
     vec3 up;
-    float pixelAngle;     // radians across one pixel, for ray differentials
+    float pixelAngle; // radians across one pixel, for ray differentials
     vec3 forward;
     uint padding;
 };
@@ -32,19 +32,19 @@ struct FrameConstants {
     Camera previousCamera;
     uint width;
     uint height;
-    uint frameIndex;   // grows by one with each frame rendered; indexes sample sequences
-    uint sampleIndex;  // frames since averaging began
+    uint frameIndex;  // grows by one with each frame rendered; indexes sample sequences
+    uint sampleIndex; // frames since averaging began
     uint seed;
-    uint flags;        // kFrame*
+    uint flags;              // kFrame*
     TL_REF(uint) counters;   // kCounter*
     TL_REF(uint) bsdfTables; // shared/bsdf_tables.h
 };
 
-TL_CONST uint kFrameSobol = 1;          // sampler.sequence = sobol
-TL_CONST uint kFrameUncompensated = 2;  // light.selection = uncompensated
+TL_CONST uint kFrameSobol = 1;         // sampler.sequence = sobol
+TL_CONST uint kFrameUncompensated = 2; // light.selection = uncompensated
 
 TL_CONST uint kCounterRays = 0;
-TL_CONST uint kCounterNonfinite = 1;    // pixels whose sample was not finite
+TL_CONST uint kCounterNonfinite = 1; // pixels whose sample was not finite
 TL_CONST uint kCounterCount = 16;
 
 TL_DECLARE_REF(FrameConstants)

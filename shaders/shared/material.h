@@ -7,8 +7,8 @@
 TL_BEGIN
 
 TL_CONST uint kMaterialSpecularWorkflow = 1;
-TL_CONST uint kMaterialTextured = 2;  // any map at all
-TL_CONST uint kMaterialCutout = 4;    // opacity below 1 or mapped
+TL_CONST uint kMaterialTextured = 2; // any map at all
+TL_CONST uint kMaterialCutout = 4;   // opacity below 1 or mapped
 TL_CONST uint kMaterialEmissive = 8;
 
 // Index into textureInputs; 0 is "no map".
@@ -44,11 +44,11 @@ struct Material {
 struct TextureInput {
     vec4 scale;
     vec4 bias;
-    vec2 du;      // columns of the 2x2 part
+    vec2 du; // columns of the 2x2 part
     vec2 dv;
     vec2 offset;
-    uint image;   // bindless index
-    int channel;  // -1: rgb
+    uint image;  // bindless index
+    int channel; // -1: rgb
 };
 
 TL_DECLARE_REF(Material)

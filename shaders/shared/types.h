@@ -37,7 +37,7 @@ using uint = uint32_t;
 #extension GL_EXT_control_flow_attributes : require
 
 #define TL_REF(T) T##Ref
-#define TL_DECLARE_REF(T) \
+#define TL_DECLARE_REF(T)                                                                                              \
     layout(buffer_reference, scalar, buffer_reference_align = 4) buffer T##Ref { T v[]; };
 #define TL_BEGIN
 #define TL_END

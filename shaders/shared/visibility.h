@@ -8,13 +8,13 @@ TL_BEGIN
 
 // The first non-specular surface of the pixel's path. A hit stands for itself, without its ray (scene/surface.glsl).
 struct VisiblePoint {
-    uint instance;     // kNone: the path left the scene
+    uint instance; // kNone: the path left the scene
     uint primitive;
     vec2 uv;
-    vec3 direction;    // of the ray that arrived, unit
-    float footprint;   // world-space width of the pixel at the point, along the path
-    vec3 throughput;   // of the specular chain before it; divided by the probability of having stopped here
-    uint dimension;    // where the pixel's sample sequence goes on
+    vec3 direction;  // of the ray that arrived, unit
+    float footprint; // world-space width of the pixel at the point, along the path
+    vec3 throughput; // of the specular chain before it; divided by the probability of having stopped here
+    uint dimension;  // where the pixel's sample sequence goes on
 };
 
 TL_DECLARE_REF(VisiblePoint)
@@ -22,11 +22,11 @@ TL_DECLARE_REF(VisiblePoint)
 struct VisibilityPush {
     TL_REF(FrameConstants) frame;
     TL_REF(VisiblePoint) points;
-    TL_REF(vec3) emission;   // L S* E
-    TL_REF(vec3) albedo;     // the four planes of the first surface are written with kVisibilityGuides
+    TL_REF(vec3) emission; // L S* E
+    TL_REF(vec3) albedo;   // the four planes of the first surface are written with kVisibilityGuides
     TL_REF(vec3) normal;
-    TL_REF(float) depth;     // metres along the optical axis; 0: nothing hit
-    TL_REF(vec2) motion;     // pixels from where the point was last frame to where it is
+    TL_REF(float) depth; // metres along the optical axis; 0: nothing hit
+    TL_REF(vec2) motion; // pixels from where the point was last frame to where it is
     uint maxBounces;
     uint flags;
 };

@@ -31,6 +31,7 @@ import metrics  # noqa: E402
 
 SIZE = (96, 54)
 BATCH = 256  # samples per pixel of one batch; a square, as multi-jittered sampling wants
+DEMO = "cornell_glass"  # kept as PFM as well, for tools/demo, which has no package that reads EXR
 WANTED = 2e-5  # relMSE of a reference
 
 
@@ -151,6 +152,8 @@ def refine(mi, name, seconds, wanted):
         return
     mean = combine(Batches.mean)
     metrics.write_image(HERE / f"{name}.exr", np.dstack([mean, lamp]), ("R", "G", "B", "lamp"))
+    if name == DEMO:
+        metrics.write_pfm(HERE / f"{name}.pfm", mean)
     facts = {
         "stage": what.stage,
         "frame": what.frame,

@@ -14,8 +14,8 @@ constexpr double kSamples = double(kThreads) * kSamplesPerThread;
 constexpr int kRings = 32, kSectors = 16, kCells = kRings * kSectors;
 constexpr double kOverallSignificance = 1e-3;
 
-// Cells around an axis, the direction of mirror reflection or of smooth refraction, fine near it: theta = pi s^4, so that
-// lobes of any width spread over many cells.
+// Cells around an axis, the direction of mirror reflection or of smooth refraction, fine near it: theta = pi s^4, so
+// that lobes of any width spread over many cells.
 const char* const kCellCode = R"(
 const uint kRings = 32, kSectors = 16;
 vec3 axisOf(Case c, bool refracted) {

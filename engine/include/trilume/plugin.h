@@ -23,7 +23,8 @@ typedef struct TlPluginInfo {
     uint32_t abi;        /* TL_PLUGIN_ABI of the plugin's build */
     const char* name;
     const char* version;
-    const char* buildTag; /* TL_PLUGIN_BUILD_TAG: engine version, compiler and C++ library; C++ types cross the border */
+    const char*
+        buildTag; /* TL_PLUGIN_BUILD_TAG: engine version, compiler and C++ library; C++ types cross the border */
 } TlPluginInfo;
 
 /* Opaque here; trilume::Registry of the engine that loads. */

@@ -99,7 +99,7 @@ class LightReader:
             size = float(attribute.Get(moment.time))
             if not 0 <= size < math.inf or (size == 0 and name != "angle"):
                 self._warn(self._prim.GetPath(), f"the light's {name} is not a positive number: it gives no light")
-                size, record["radiance"] = 1.0, (0.0, 0.0, 0.0)
+                size, record["radiance"] = 0.0, (0.0, 0.0, 0.0)  # without extent it has no surface either
             record[name] = size
         if self._texture and (asset := self._texture.Get(moment.time)):
             record["texture"] = find_file(asset, self._texture, self._files, self._warn)
