@@ -15,12 +15,13 @@ namespace {
 
 bool validationInEnvironment() {
     const char* value = std::getenv("TRILUME_VALIDATION");
-    return value && std::string_view(value) != "" && std::string_view(value) != "0";
+    return value && *value != 0 && std::string_view(value) != "0";
 }
 
 Adapter chooseAdapter(VkInstance instance, const std::string& choice) {
     std::vector<Adapter> adapters = listAdapters(instance);
     std::vector<DeviceInfo> infos;
+    infos.reserve(adapters.size());
     for (const Adapter& adapter : adapters) infos.push_back(adapter.info);
     return std::move(adapters[chooseDevice(infos, choice)]);
 }

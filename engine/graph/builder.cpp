@@ -29,7 +29,7 @@ void Recorder::throwErrors() const {
     std::string hint = first.hint();
     for (auto it = std::next(errors_.begin()); it != errors_.end(); ++it)
         hint += fmt::format("; also {}: {}", it->second.where(), it->second.problem());
-    throw Error(input ? Fault::Input : Fault::Run, first.problem(), first.where(), std::move(hint));
+    throw Error(input ? Fault::Input : Fault::Run, first.problem(), first.where(), hint);
 }
 
 std::optional<uint32_t> Recorder::find(std::string_view name) const {

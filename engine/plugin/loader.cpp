@@ -24,8 +24,8 @@ Function symbol(const Library& library, const std::filesystem::path& path, const
 
 /// Reads no member before the ones ahead of it have proved that it is there.
 void checkInfo(const TlPluginInfo* info, const std::filesystem::path& path, std::string_view name) {
-    const auto decline = [&](std::string what, std::string hint) {
-        return inputError(std::move(what), path.string(), std::move(hint));
+    const auto decline = [&](const std::string& what, const std::string& hint) {
+        return inputError(what, path.string(), hint);
     };
     const std::string rebuild = "build the plugin against this engine's headers, with its compiler";
     if (!info) throw decline("tlPluginQuery returned null", "return a TlPluginInfo");

@@ -22,8 +22,8 @@ public:
         if (!object.is_object()) throw wrong("not an object", "write { ... }");
     }
 
-    Error wrong(std::string what, std::string hint) const {
-        return inputError(std::move(what), file_.string(), std::move(hint));
+    Error wrong(const std::string& what, const std::string& hint) const {
+        return inputError(what, file_.string(), hint);
     }
     /// The value of `key`, or `fallback` where the key is missing.
     template<class T>

@@ -65,8 +65,8 @@ double Engine::deviceMs() const { return impl_->deviceMs; }
 
 const gpu::Pipeline& Engine::Impl::pipeline(const gpu::ShaderSource& source) {
     std::string key = source.path;
-    for (const auto& [name, value] : source.defines) key += ' ' + name + '=' + value;
-    for (const uint32_t value : source.specialization) key += ' ' + std::to_string(value);
+    for (const auto& [name, value] : source.defines) key.append(" ").append(name).append("=").append(value);
+    for (const uint32_t value : source.specialization) key.append(" ").append(std::to_string(value));
     const auto it = pipelines.find(key);
     if (it != pipelines.end()) return it->second;
     const Stopwatch watch;

@@ -46,7 +46,7 @@ void startInterpreter() {
 fs::path packageDirectory() {
     std::error_code ignored;
     if (Dl_info self{}; dladdr(reinterpret_cast<const void*>(&ensurePython), &self))
-        if (const fs::path here = fs::absolute(self.dli_fname).parent_path(); fs::exists(here / "trilume_usd", ignored))
+        if (fs::path here = fs::absolute(self.dli_fname).parent_path(); fs::exists(here / "trilume_usd", ignored))
             return here;
     return homeDirectory() / "lib/trilume/plugins/usd_stage";
 }
