@@ -26,7 +26,7 @@ struct VisibilityPush {
     TL_REF(vec3) albedo;   // the four planes of the first surface are written with kVisibilityGuides
     TL_REF(vec3) normal;
     TL_REF(float) depth; // metres along the optical axis; 0: nothing hit
-    TL_REF(vec2) motion; // pixels from where the point was last frame to where it is
+    TL_REF(vec2) motion; // pixels from where the point was in the last picture to where it is
     uint maxBounces;
     uint flags;
 };
