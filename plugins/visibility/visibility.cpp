@@ -18,7 +18,7 @@ bool wantsGuides(const ParamSet& params) {
 
 void VisibilityNode::declare(graph::Builder& builder) {
     builder.owns(graph::PathClass::Emission);
-    points_ = builder.createPlane("visibility.points", sizeof(shared::VisiblePoint));
+    points_ = builder.historyPlane("visibility.points", sizeof(shared::VisiblePoint)).current;
     emission_ = builder.createPlane("visibility.emission", sizeof(glm::vec3));
     albedo_ = normal_ = depth_ = motion_ = {};
     if (!wantsGuides(builder.params())) return;

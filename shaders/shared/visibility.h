@@ -15,6 +15,7 @@ struct VisiblePoint {
     float footprint; // world-space width of the pixel at the point, along the path
     vec3 throughput; // of the specular chain before it; divided by the probability of having stopped here
     uint dimension;  // where the pixel's sample sequence goes on
+    uint chain;      // specular bounces before the point; 0: seen directly
 };
 
 TL_DECLARE_REF(VisiblePoint)

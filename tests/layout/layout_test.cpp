@@ -67,7 +67,7 @@ const std::map<std::string, StructLayout> kHostLayouts = {
     TL_LAYOUT(SceneTable, topNodes, topInstances, instances, meshes, materials, textureInputs, materialIndices, lights,
               lightAlias, lightOfTriangle, distributions, instanceCount, lightCount, infiniteLightCount, boundsCenter,
               boundsRadius, padding),
-    TL_LAYOUT(VisiblePoint, instance, primitive, uv, direction, footprint, throughput, dimension),
+    TL_LAYOUT(VisiblePoint, instance, primitive, uv, direction, footprint, throughput, dimension, chain),
     TL_LAYOUT(VisibilityPush, frame, points, emission, albedo, normal, depth, motion, maxBounces, flags),
 };
 

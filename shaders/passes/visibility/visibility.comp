@@ -49,6 +49,7 @@ void main() {
     VisiblePoint point;
     point.instance = kNone;
     point.throughput = vec3(1.0);
+    point.chain = 0u;
     vec3 emission = vec3(0.0);
     Guides guides = Guides(vec3(0.0), vec3(0.0), 0.0, vec2(0.0));
     float pathLength = 0.0;
@@ -81,6 +82,7 @@ void main() {
             point.uv = hit.uv;
             point.direction = direction;
             point.footprint = footprint;
+            point.chain = bounce;
             guides.albedo = point.throughput * bsdfAlbedo(shading.bsdf);
             break;
         }
