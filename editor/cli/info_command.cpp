@@ -47,6 +47,7 @@ Json techniqueJson(const Technique& technique, const std::string& defaultName) {
     return {{"name", technique.name},
             {"default", technique.name == defaultName},
             {"reference", technique.reference},
+            {"overlapping", technique.overlapping},
             {"nodes", technique.nodes},
             {"doc", technique.doc}};
 }

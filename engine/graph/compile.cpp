@@ -75,12 +75,12 @@ std::string whyUnused(const Recorder& recorder, std::span<const Pass> passes, st
     return fmt::format("unused: nothing reads {}", name);
 }
 
-void assignOwners(CompiledGraph& graph, std::span<const Declaration> declarations) {
+void assignOwners(CompiledGraph& graph, std::span<const Declaration> declarations, bool overlapping) {
     for (uint32_t pass = 0; pass < graph.passes.size(); ++pass) {
         if (!graph.passes[pass].runs()) continue;
         for (const PathClass pathClass : declarations[pass].owned) {
             std::optional<uint32_t>& owner = graph.owners[static_cast<size_t>(pathClass)];
-            if (owner && *owner != pass)
+            if (owner && *owner != pass && !overlapping)
                 throw inputError(fmt::format("two nodes own the {} light paths", pathClassName(pathClass)),
                                  fmt::format("{} and {}", graph.passes[*owner].name, graph.passes[pass].name),
                                  "they would be counted twice: disable one of the two");
@@ -222,7 +222,7 @@ CompiledGraph compile(const CompileInput& input) {
     for (uint32_t pass = 0; pass < graph.passes.size(); ++pass)
         if (graph.passes[pass].runs() && !live[pass]) graph.passes[pass].state = PassState::Unused;
 
-    assignOwners(graph, recorder.declarations());
+    assignOwners(graph, recorder.declarations(), input.overlapping);
     findLifetimes(graph);
     placeResources(graph);
     findHazards(graph);

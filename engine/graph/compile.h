@@ -20,6 +20,7 @@ struct CompileInput {
     const ParamSet& params;
     uint32_t width = 0, height = 0;       ///< of the view, in pixels
     std::span<const std::string> outputs; ///< resources that the application reads after the frame
+    bool overlapping = false;             ///< path classes may have several owners: their light counts several times
 };
 
 enum class PassState {

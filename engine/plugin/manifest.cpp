@@ -71,6 +71,7 @@ std::vector<Technique> parseTechniques(const json& array, const std::filesystem:
         technique.doc = fields.get<std::string>("doc", {});
         technique.nodes = fields.get<std::vector<std::string>>("nodes", {});
         technique.reference = fields.get("reference", false);
+        technique.overlapping = fields.get("overlapping", false);
         technique.rank = fields.get("rank", 0);
         if (technique.nodes.empty())
             throw fields.wrong(fmt::format("technique {} has no nodes", technique.name), "list them in \"nodes\"");

@@ -20,8 +20,9 @@ struct Technique {
     std::string doc;
     std::vector<std::string> nodes;
     std::vector<std::pair<std::string, std::string>> defaults; ///< parameter rows
-    bool reference = false; ///< converges to the truth under averaging: no denoiser by default
-    int rank = 0;           ///< the technique of highest rank is the default
+    bool reference = false;   ///< converges to the truth under averaging: no denoiser by default
+    bool overlapping = false; ///< nodes may own the same path classes: their light counts several times
+    int rank = 0;             ///< the technique of highest rank is the default
 };
 
 /// Linear float pixels, row 0 at the top, `channels` interleaved.

@@ -166,7 +166,7 @@ void View::Impl::buildGraph() {
     std::vector<std::string> outputs{"composite.sums"};
     for (const std::string& aov : aovs)
         if (!graph::isFromSums(aov)) outputs.push_back("composite.aov." + aov);
-    executor.setGraph(graph::compile({graphNodes, facts, params, width, height, outputs}));
+    executor.setGraph(graph::compile({graphNodes, facts, params, width, height, outputs, technique->overlapping}));
     if (historyParams != params.historyRevision()) executor.resetHistory();
     historyParams = params.historyRevision();
     builtParams = params.revision();

@@ -49,11 +49,15 @@ public:
         outputs_.push_back(std::move(name));
         return *this;
     }
+    FakeGraph& overlapping() {
+        overlapping_ = true;
+        return *this;
+    }
     CompiledGraph compile(uint32_t width = 64, uint32_t height = 32) const {
         const ParamTable table;
         const ParamSet params(table);
         const SceneFacts facts;
-        return graph::compile({nodes_, facts, params, width, height, outputs_});
+        return graph::compile({nodes_, facts, params, width, height, outputs_, overlapping_});
     }
     /// The error of a graph that must not compile.
     Error error() const {
@@ -69,6 +73,7 @@ private:
     std::vector<std::shared_ptr<FakeNode>> owned_;
     std::vector<GraphNode> nodes_;
     std::vector<std::string> outputs_;
+    bool overlapping_ = false;
 };
 
 FakeNode::Declare creates(std::string name, uint32_t bytesPerPixel = 4) {
@@ -352,6 +357,7 @@ TEST(PathClasses, TwoOwnersDontCompile) {
     EXPECT_EQ(e.fault(), Fault::Input);
     EXPECT_EQ(e.where(), "restir_di and raytrace");
     EXPECT_TRUE(contains(e.problem(), "direct")) << e.what();
+    EXPECT_NO_THROW(FakeGraph(graph).overlapping().compile());
     EXPECT_NO_THROW(graph.disable("raytrace").compile());
 }
 
