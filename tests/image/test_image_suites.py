@@ -7,6 +7,8 @@ reference (default: the stage's name). Tolerances, judged on the mean of the see
     relmse        metrics.relmse, all pixels
     significance  chance that a correct renderer fails the test of local bias: Student's t of the mean residual of each
                   block of pixels and channel, corrected for their number
+
+A suite marked `full` runs with TRILUME_FULL=1 only. `pytest -s` shows what was measured.
 """
 
 import json
@@ -26,7 +28,9 @@ BLOCK = harness.SIZE[1] // 6  # pixels
 def cases():
     for file in sorted(HERE.glob("*.json")):
         suite = json.loads(file.read_text())
-        shared = {k: v for k, v in suite.items() if k not in ("description", "images", "tolerance", "flags")}
+        if suite.get("full") and not harness.FULL:
+            continue
+        shared = {k: v for k, v in suite.items() if k not in ("description", "full", "images", "tolerance", "flags")}
         for image in suite["images"]:
             case = {**shared, "reference": image["stage"], **image}
             case["flags"] = suite["flags"] + image.get("flags", [])
@@ -46,6 +50,7 @@ def test_image(case, render, report):
     reference = harness.reference(case["reference"])
     facts, good = judge(images, reference, case["tolerance"])
     title = f"{case['stage']}, {case['technique']}, {case['seeds']} x {case['spp']} spp"
+    print(f"{title}: {'; '.join(facts)}")
     if not good:
         report.add(title, images.mean(axis=0), reference.image, facts)
     assert good, f"{title}: {'; '.join(facts)}: see {harness.BUILD}/test-report/index.html"
