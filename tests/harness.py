@@ -28,6 +28,9 @@ SMALL = (32, 18)
 REFERENCE_SIZE = (96, 54)
 SIZE = REFERENCE_SIZE if FULL else SMALL
 
+# AOVs of the path classes: with `emission` they add up to the image.
+CLASSES = ("direct", "caustic", "indirect")
+
 ERROR_LINE = re.compile(r"trilume: error: .+: .+: .+")
 
 
@@ -40,6 +43,7 @@ class Run:
     seconds: float
     image: np.ndarray | None = None
     stats: dict = field(default_factory=dict)
+    aovs: dict = field(default_factory=dict)  # by name
 
     @property
     def errors(self):
@@ -73,32 +77,40 @@ class Renderer:
     def __init__(self, folder):
         self.folder, self.known = Path(folder), {}
 
-    def __call__(self, stage, *options, size=None, env=None):
+    def __call__(self, stage, *options, size=None, env=None, aovs=()):
         """stage: a path or the name of a content stage; size: (width, height) in pixels, default SIZE.
+        aovs: names of what to return in Run.aovs beside the image; CLASSES are those of the path classes.
 
         Fails the test when the command fails, the image has another size, or a pixel is not finite.
         """
         width, height = size or SIZE
         stage = find_stage(stage)
-        key = (stage, options, width, height, tuple(sorted((env or {}).items())))
+        key = (stage, options, width, height, tuple(aovs), tuple(sorted((env or {}).items())))
         if key not in self.known:
-            self.known[key] = self._render(stage, options, width, height, env)
+            self.known[key] = self._render(stage, options, width, height, env, aovs)
         return self.known[key]
 
-    def _render(self, stage, options, width, height, env):
+    def _render(self, stage, options, width, height, env, aovs):
         with tempfile.TemporaryDirectory(dir=self.folder) as folder:
             output, stats = Path(folder) / "image.pfm", Path(folder) / "stats.json"
+            files = {name: Path(folder) / f"{name}.pfm" for name in aovs}
+            options = (*options, *(o for name, file in files.items() for o in ("--aov", f"{name}={file}")))
             result = run("render", "--progress", "off", "--stats", stats, "--imageWidth", width, "--imageHeight", height,
                          *options, stage, output, env=env)
             assert result.status == 0, f"trilume render {' '.join(map(str, options))} {stage}: {result.stderr}"
             result.image, result.stats = metrics.read_image(output), json.loads(stats.read_text())
+            result.aovs = {name: metrics.read_image(file) for name, file in files.items()}
         assert result.image.shape == (height, width, 3)
         assert np.isfinite(result.image).all(), "a pixel that is not finite"
         return result
 
     def seeds(self, stage, *options, count, first=1, **keywords):
         """`count` independent images, stacked."""
-        return np.stack([self(stage, *options, "--seed", seed, **keywords).image for seed in range(first, first + count)])
+        return np.stack([run.image for run in self.runs(stage, *options, count=count, first=first, **keywords)])
+
+    def runs(self, stage, *options, count, first=1, **keywords):
+        """`count` independent runs."""
+        return [self(stage, *options, "--seed", seed, **keywords) for seed in range(first, first + count)]
 
 
 def find_stage(stage):

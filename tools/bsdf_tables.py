@@ -8,7 +8,7 @@ Needs NumPy; takes about a minute.
 import pathlib
 import numpy as np
 
-GGX, DIELECTRIC, ETAS = 32, 24, 17
+GGX, DIELECTRIC, ETAS = 32, 24, 25
 
 
 def smithLambda(w, alpha):

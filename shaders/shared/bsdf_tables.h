@@ -24,7 +24,7 @@ TL_CONST uint kGgxMeans = 5;
 // load serves one bilinear lookup.
 TL_CONST uint kDielectricOffset = kGgxMeanOffset + kGgxMeans * kGgxSize;
 TL_CONST uint kDielectricSize = 24;
-TL_CONST uint kDielectricEtas = 17;
+TL_CONST uint kDielectricEtas = 25;
 // Float [z][y]: cosine-weighted mean.
 TL_CONST uint kDielectricMeanOffset = kDielectricOffset + kDielectricEtas * kDielectricSize * kDielectricSize;
 TL_CONST uint kBsdfTableWords = kDielectricMeanOffset + kDielectricEtas * kDielectricSize;
