@@ -26,7 +26,15 @@ bool emissionVaries(Light light) {
     return light.image != kNone && (light.kind == kLightTriangle || light.kind == kLightSphere);
 }
 
-// Emission at the point that was sampled from `position`, times the share of rays that meet the surface there.
+// Emission at a completed hit, times the share of rays that meet the surface there.
+vec3 hitEmission(Hit hit) {
+    const Surface emitter = loadSurface(hit);
+    const Material m = TL_SCENE.materials.v[emitter.material];
+    const float opacity = (m.flags & kMaterialCutout) != 0u ? loadOpacity(m, emitter, 0.0) : 1.0;
+    return opacity * loadEmission(m, emitter, 0.0);
+}
+
+// Emission at the point that was sampled from `position`.
 vec3 materialRadiance(Light light, vec3 position, LightSample s) {
     Hit hit;
     hit.t = s.distance;
@@ -34,11 +42,11 @@ vec3 materialRadiance(Light light, vec3 position, LightSample s) {
     hit.primitive = light.image;
     hit.uv = s.uv;
     completeHit(hit, position, s.wi);
-    const Surface emitter = loadSurface(hit);
-    const Material m = TL_SCENE.materials.v[emitter.material];
-    const float opacity = (m.flags & kMaterialCutout) != 0u ? loadOpacity(m, emitter, 0.0) : 1.0;
-    return opacity * loadEmission(m, emitter, 0.0);
+    return hitEmission(hit);
 }
+
+// Bound on the light's coordinates about its position, for ray offsets.
+float lightExtent(Light light) { return maxComponent(abs(light.axisU) + abs(light.axisV)) + light.radius; }
 
 // One light by the alias table, one direction towards it.
 DirectSample sampleDirect(vec3 position, inout Sampler rng) {
@@ -52,7 +60,7 @@ DirectSample sampleDirect(vec3 position, inout Sampler rng) {
     d.radiance = s.radiance;
     d.delta = s.delta;
     d.normal = s.normal;
-    d.extent = maxComponent(abs(light.axisU) + abs(light.axisV)) + light.radius;
+    d.extent = lightExtent(light);
 #if TL_TEXTURES || TL_CUTOUTS
     if (emissionVaries(light) && s.pdfSolidAngle > 0.0) d.radiance = materialRadiance(light, position, s);
 #endif

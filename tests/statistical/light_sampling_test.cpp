@@ -1,11 +1,7 @@
 // Directions that lightSample draws, against lightPdfSolidAngle and against geometry in double precision.
 
-#include "gpu/gpu_fixture.h"
-
-#include "light/distribution2d.h"
-#include "light/light_table.h"
-
-#include <glm/gtc/matrix_transform.hpp>
+#include "light_fixture.h"
+#include "statistics.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,6 +17,8 @@ using glm::dmat4;
 using glm::dvec2;
 using glm::dvec3;
 using std::numbers::pi;
+using test::place;
+using test::spottedTexture;
 
 struct Sample {
     glm::vec3 wi;
@@ -205,68 +203,21 @@ Domain domainOf(const shared::Light& light, dvec3 eye) {
     }
 }
 
-/// Upper tail of the chi-squared distribution, by Wilson and Hilferty's cube-root normal approximation.
-double chiSquaredTail(double statistic, double degrees) {
-    const double variance = 2 / (9 * degrees);
-    return 0.5 * std::erfc((std::cbrt(statistic / degrees) - (1 - variance)) / std::sqrt(2 * variance));
-}
-
-Texture spottedTexture(uint32_t width, uint32_t height) {
-    Texture texture;
-    texture.name = "spots";
-    texture.width = width;
-    texture.height = height;
-    texture.rgba32f.assign(size_t(4) * width * height, 0.0f);
-    for (uint32_t y = 0; y < height; ++y) {
-        for (uint32_t x = 0; x < width; ++x) {
-            // Asymmetric, with a bright spot and a black part, so that a flipped axis shows.
-            const float value =
-                x < width / 4 ? 0.0f : float(1 + (x * 7 + y * 3) % 5) + (x == 5 && y == 2 ? 60.0f : 0.0f);
-            for (int c = 0; c < 3; ++c) texture.rgba32f[4 * (size_t(y) * width + x) + c] = value;
-        }
-    }
-    return texture;
-}
-
-class LightSampling : public test::GpuTest {
+class LightSampling : public test::LightTest {
 protected:
     static constexpr uint32_t kCount = 1 << 17;
 
-    shared::Light build(const Light& component, const dmat4& worldFromLocal, bool textured = false) {
-        const LightInput input{
-            .component = &component, .worldFromLocal = worldFromLocal, .distribution = textured ? 0 : shared::kNone};
-        return buildLightTable(std::span(&input, 1), {}, dvec3(0), 1).lights.at(0);
-    }
-
-    shared::Light triangle(dvec3 a, dvec3 b, dvec3 c) {
-        Mesh mesh;
-        mesh.positions = {a, b, c};
-        mesh.triangles = {{0, 1, 2}};
-        const EmissiveMeshInput input{.mesh = &mesh, .radiance = [](uint32_t) { return glm::vec3(1); }};
-        return buildLightTable({}, std::span(&input, 1), dvec3(0), 1).lights.at(0);
-    }
-
-    void setTexture(const Texture& texture, TextureDomain domain) {
-        const TextureDistribution d = buildTextureDistribution(texture, domain);
-        marginal_ = bufferOf(d.marginal);
-        conditional_ = bufferOf(d.conditional);
-        density_ = bufferOf(d.density);
-        distributions_ = bufferOf(std::vector<shared::Distribution>{
-            {marginal_.address(), conditional_.address(), density_.address(), d.width, d.height}});
-    }
-
     std::vector<Sample> sample(const shared::Light& light, dvec3 eye, uint32_t seed = 1) {
         const gpu::Buffer lights = bufferOf(std::vector{light}), samples = bufferFor<Sample>(kCount);
-        dispatch("SAMPLE",
-                 {lights.address(), distributions_.address(), samples.address(), 0, 0, glm::vec3(eye), kCount, seed});
+        dispatch("SAMPLE", {lights.address(), distributions(), samples.address(), 0, 0, glm::vec3(eye), kCount, seed});
         return read<Sample>(samples, kCount);
     }
 
     std::vector<float> evaluate(const shared::Light& light, dvec3 eye, const std::vector<Direction>& directions) {
         const gpu::Buffer lights = bufferOf(std::vector{light}), inputs = bufferOf(directions);
         const gpu::Buffer pdfs = bufferFor<float>(directions.size());
-        dispatch("EVALUATE", {lights.address(), distributions_.address(), 0, inputs.address(), pdfs.address(),
-                              glm::vec3(eye), uint32_t(directions.size()), 0});
+        dispatch("EVALUATE", {lights.address(), distributions(), 0, inputs.address(), pdfs.address(), glm::vec3(eye),
+                              uint32_t(directions.size()), 0});
         return read<float>(pdfs, directions.size());
     }
 
@@ -315,7 +266,8 @@ protected:
             addCell(pooledExpected, pooledObserved);
         else
             EXPECT_LE(pooledObserved, pooledExpected + 5 * std::sqrt(pooledExpected) + 5);
-        EXPECT_GT(chiSquaredTail(statistic, cells - 1), kSignificance) << statistic << " over " << cells << " cells";
+        EXPECT_GT(test::chiSquaredTail(statistic, cells - 1), kSignificance)
+            << statistic << " over " << cells << " cells";
 
         // Both ends of MIS see the same density: sampling, and evaluation for a ray that arrives there.
         size_t different = 0;
@@ -346,13 +298,7 @@ private:
         const gpu::Pipeline pipeline = compile(kKernel, {{define, "1"}});
         device().wait(device().submit([&](gpu::Commands& c) { c.dispatch(pipeline, push, push.count); }));
     }
-
-    gpu::Buffer marginal_, conditional_, density_, distributions_;
 };
-
-dmat4 place(dvec3 translation, dvec3 scale = dvec3(1), double degrees = 0, dvec3 axis = {0, 0, 1}) {
-    return glm::scale(glm::rotate(glm::translate(dmat4(1), translation), glm::radians(degrees), axis), scale);
-}
 
 TEST_F(LightSampling, RectFollowsItsDensity) {
     const Light rect{.kind = LightKind::Rect, .width = 1.3f, .height = 0.7f};
