@@ -13,15 +13,29 @@ struct Shading {
     vec3 woLocal;
 };
 
-Shading prepareShading(Surface s, vec3 wo, float footprint) {
+// `transport`: kTransportRadiance where wo leads to the camera, kTransportImportance where it leads to a light.
+Shading prepareShading(Surface s, vec3 wo, float footprint, uint transport) {
     Shading shading;
     shading.surface = s;
     shading.wo = wo;
     const Material m = TL_SCENE.materials.v[s.material];
     shading.frame = basisAround(facingNormal(m, s, wo, footprint));
     shading.woLocal = wo * shading.frame;
-    shading.bsdf = bsdfPrepare(loadBsdfParams(m, s, footprint), shading.woLocal, dot(wo, s.geometricNormal) > 0.0);
+    shading.bsdf =
+        bsdfPrepare(loadBsdfParams(m, s, footprint), shading.woLocal, dot(wo, s.geometricNormal) > 0.0, transport);
     return shading;
+}
+
+Shading prepareShading(Surface s, vec3 wo, float footprint) {
+    return prepareShading(s, wo, footprint, kTransportRadiance);
+}
+
+// For paths from lights, which carry flux: cosines of shading normals belong to the BSDF, those of geometric normals to
+// the geometry, and the two sides trade places. Veach 1997, eq. 5.19; 1 where the normals agree. Times evalBsdf or
+// BsdfSample.weight of a shading prepared for importance.
+float shadingNormalCorrection(Shading shading, vec3 wi) {
+    const vec3 n = shading.surface.geometricNormal;
+    return safeDivide(abs(shading.woLocal.z * dot(wi, n)), abs(dot(shading.wo, n) * dot(wi, shading.frame[2])));
 }
 
 // Interpolated normals must not let light through the true surface: reflected directions stay on wo's side of it,

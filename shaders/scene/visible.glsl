@@ -45,15 +45,15 @@ bool traceSurface(vec3 origin, vec3 direction, float tMin, float tMax, uint mask
 }
 
 // Share of light that passes along a segment: 1 where nothing blocks it, 0 where something does; between with cut-outs.
-// tMax is 1, and `direction` spans the segment without its end, or kFloatMax for a ray to infinity.
-float segmentVisibility(vec3 origin, vec3 direction, float tMax) {
+// tMax is 1, and `direction` spans the segment without its end, or kFloatMax for a ray to infinity. `mask`: what can block.
+float segmentVisibility(vec3 origin, vec3 direction, float tMax, uint mask) {
 #if TL_CUTOUTS
     const vec3 end = origin + direction;
     float share = 1.0;
     for (uint i = 0u; i < kMaxCutouts; ++i) {
         Hit hit;
         ++rayCount;
-        if (!traceClosest(origin, direction, 0.0, tMax, kMaskShadow, hit)) return share;
+        if (!traceClosest(origin, direction, 0.0, tMax, mask, hit)) return share;
         completeHit(hit, origin, direction);
         Surface blocker;
         share *= 1.0 - hitOpacity(hit, blocker);
@@ -68,7 +68,7 @@ float segmentVisibility(vec3 origin, vec3 direction, float tMax) {
     return 0.0;
 #else
     ++rayCount;
-    return traceAny(origin, direction, 0.0, tMax, kMaskShadow) ? 0.0 : 1.0;
+    return traceAny(origin, direction, 0.0, tMax, mask) ? 0.0 : 1.0;
 #endif
 }
 
@@ -76,10 +76,10 @@ float segmentVisibility(vec3 origin, vec3 direction, float tMax) {
 // ray aims from one to the other: at a light's silhouette, an origin moved alone would find the light shadowing itself.
 float visibilityToLight(Surface s, vec3 wi, float distance, vec3 lightNormal, float lightExtent) {
     const vec3 origin = offsetRayOrigin(s.position, sideTowards(s, wi), s.extent);
-    if (distance >= kLightAtInfinity) return segmentVisibility(origin, wi, kFloatMax);
+    if (distance >= kLightAtInfinity) return segmentVisibility(origin, wi, kFloatMax, kMaskShadow);
     const float magnitude = maxComponent(abs(s.position)) + distance + lightExtent;
     const vec3 end = offsetRayOrigin(s.position + distance * wi, lightNormal, magnitude);
-    return segmentVisibility(origin, end - origin, 1.0);
+    return segmentVisibility(origin, end - origin, 1.0, kMaskShadow);
 }
 
 #endif
