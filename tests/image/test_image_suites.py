@@ -1,7 +1,8 @@
 """Runs the JSON suites of this folder: pictures against stored references, with a page of differences on failure.
 
 A suite gives technique, flags, seeds, spp, tolerance and images; an image may override each, and names its stage and
-reference (default: the stage's name). Tolerances, judged on the mean of the seeds' images:
+reference (default: the stage's name). AOVs that it names are for other tests, which share its renders. Tolerances, judged
+on the mean of the seeds' images:
 
     mean          relative error of mean radiance, away from pixels that show a lamp
     relmse        metrics.relmse, all pixels
@@ -46,7 +47,7 @@ def report():
 @pytest.mark.parametrize("case", cases())
 def test_image(case, render, report):
     images = render.seeds(case["stage"], "-t", case["technique"], "--spp", case["spp"], *case["flags"],
-                          count=case["seeds"])
+                          count=case["seeds"], aovs=case.get("aovs", ()))
     reference = harness.reference(case["reference"])
     facts, good = judge(images, reference, case["tolerance"])
     title = f"{case['stage']}, {case['technique']}, {case['seeds']} x {case['spp']} spp"
