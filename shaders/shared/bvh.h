@@ -46,8 +46,8 @@ struct LeafTriangle {
     uint triangle; // index in mesh order
 };
 
-TL_DECLARE_REF(BvhNode)
-TL_DECLARE_REF(LeafTriangle)
+TL_DECLARE_ALIGNED_REF(BvhNode, 16)
+TL_DECLARE_ALIGNED_REF(LeafTriangle, 8)
 
 TL_END
 

@@ -57,7 +57,7 @@ struct Distribution {
     uint height;
 };
 
-TL_DECLARE_REF(Distribution)
+TL_DECLARE_ALIGNED_REF(Distribution, 8)
 
 TL_END
 

@@ -57,7 +57,7 @@ struct Instance {
     uint flags;
 };
 
-TL_DECLARE_REF(Mesh)
+TL_DECLARE_ALIGNED_REF(Mesh, 8)
 TL_DECLARE_REF(Instance)
 
 struct SceneTable {
@@ -80,7 +80,7 @@ struct SceneTable {
     uint padding;       // to a multiple of 8 bytes: C++ and scalar layout then agree on what follows
 };
 
-TL_DECLARE_REF(SceneTable)
+TL_DECLARE_ALIGNED_REF(SceneTable, 8)
 
 TL_END
 

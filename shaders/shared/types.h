@@ -25,6 +25,7 @@ using uint = uint32_t;
 // A device address; in GLSL a reference to an array of T, used as `ref.v[i]`.
 #define TL_REF(T) uint64_t
 #define TL_DECLARE_REF(T)
+#define TL_DECLARE_ALIGNED_REF(T, alignment) static_assert(sizeof(T) % (alignment) == 0);
 #define TL_BEGIN namespace trilume::shared {
 #define TL_END }
 #define TL_CONST static constexpr
@@ -37,8 +38,11 @@ using uint = uint32_t;
 #extension GL_EXT_control_flow_attributes : require
 
 #define TL_REF(T) T##Ref
-#define TL_DECLARE_REF(T)                                                                                              \
-    layout(buffer_reference, scalar, buffer_reference_align = 4) buffer T##Ref { T v[]; };
+// Arrays start at multiples of 256 bytes. Elements that hold references need alignment 8 (Vulkan's rule for loads), and
+// drivers load wider words where they may rely on more.
+#define TL_DECLARE_ALIGNED_REF(T, alignment)                                                                           \
+    layout(buffer_reference, scalar, buffer_reference_align = alignment) buffer T##Ref { T v[]; };
+#define TL_DECLARE_REF(T) TL_DECLARE_ALIGNED_REF(T, 4)
 #define TL_BEGIN
 #define TL_END
 #define TL_CONST const
