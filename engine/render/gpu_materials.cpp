@@ -55,15 +55,17 @@ bool hasSpecular(const Material& m) {
 
 bool isCutout(const Material& m) { return m.opacity < 1 || mapped(m.opacityMap); }
 
-/// Lobes below this roughness focus light into caustics that light samples don't find well.
-constexpr float kCausticRoughness = 0.1f;
+/// kDeltaRoughness of shaders/lib/bsdf/bsdf.glsl: a lobe up to it is a delta, by which light that reaches a rough
+/// surface is a caustic. A map may hold such a value anywhere.
+constexpr float kDeltaRoughness = 0.01f;
 
 bool hasCausticLobe(const Material& m) {
     Material base = m;
     base.clearcoat = 0;
     base.clearcoatMap = {};
-    return (hasSpecular(base) && m.roughness < kCausticRoughness) ||
-           (m.clearcoat > 0 && m.clearcoatRoughness < kCausticRoughness);
+    return (hasSpecular(base) && (m.roughness <= kDeltaRoughness || mapped(m.roughnessMap))) ||
+           ((m.clearcoat > 0 || mapped(m.clearcoatMap)) &&
+            (m.clearcoatRoughness <= kDeltaRoughness || mapped(m.clearcoatRoughnessMap)));
 }
 
 bool hasDiffuse(const Material& m) {

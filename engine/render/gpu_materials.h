@@ -32,7 +32,7 @@ public:
         return material(index).emissionMap != 0 || (material(index).flags & shared::kMaterialCutout) != 0;
     }
     bool isDiffuse(uint32_t index) const { return traits_[index].diffuse; }
-    /// Has a lobe sharp enough to cast caustics.
+    /// Has, or may have somewhere, a delta lobe: casts caustics.
     bool castsCaustics(uint32_t index) const { return traits_[index].caustic; }
 
     VkDeviceAddress materials() const { return materials_.address(); }

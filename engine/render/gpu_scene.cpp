@@ -125,6 +125,7 @@ void GpuScene::updateMesh(const Mesh& mesh, DeviceMesh& device) {
     if (!device.present) return;
     device.positions = uploaded(device_, mesh.positions, mesh.name, "positions");
     device.normals = uploaded(device_, mesh.normals, mesh.name, "normals");
+    device.balls = ballsOfSubsets(mesh);
 }
 
 uint32_t GpuScene::addInstance(Draft& draft, uint32_t shape, uint32_t mesh, const WorldTransform& transform,
@@ -289,6 +290,7 @@ void GpuScene::updateInstances() {
     accel_.setInstances(draft.traced);
     facts_.lights = static_cast<uint32_t>(lights.lights.size());
     updateFacts(draft);
+    casters_.assign(device_, findCasters(draft));
     if (lights_.assign(device_, std::move(lights.lights))) facts_.changedLights = facts_.lights;
     alias_.assign(device_, std::move(lights.alias));
     lightOfTriangle_.assign(device_, std::move(lights.lightOfTriangle));
@@ -307,11 +309,14 @@ void GpuScene::updateInstances() {
     table_.lightAlias = alias_.address();
     table_.lightOfTriangle = lightOfTriangle_.address();
     table_.distributions = distributions_.address();
+    table_.casters = casters_.address();
+    table_.casterCount = casters_.size();
     table_.instanceCount = instances_.size();
     table_.lightCount = lights_.size();
     table_.infiniteLightCount = lights.infiniteCount;
     table_.boundsCenter = bounds.empty() ? glm::vec3(0) : glm::vec3(bounds.center() - origin_);
     table_.boundsRadius = static_cast<float>(bounds.radius());
+    table_.lightPower = static_cast<float>(lights.power);
 }
 
 void GpuScene::updateFacts(const Draft& draft) {
@@ -320,20 +325,35 @@ void GpuScene::updateFacts(const Draft& draft) {
                                      [](const LightInput& l) { return l.component->kind == LightKind::Dome; });
     facts_.textured = materials_.textured();
     facts_.transparent = materials_.cutouts() || materials_.transmissive();
-    facts_.diffuseAlbedo = false;
+    facts_.diffuseAlbedo = std::any_of(draft.materialIndices.begin(), draft.materialIndices.end(),
+                                       [&](uint32_t material) { return materials_.isDiffuse(material); });
+    for (const shared::Instance& instance : draft.instances)
+        facts_.dynamicInstances += instance.worldFromLocal != instance.previousWorldFromLocal ? 1 : 0;
+}
+
+std::vector<shared::Caster> GpuScene::findCasters(const Draft& draft) {
     facts_.specularCasters = 0;
+    std::vector<shared::Caster> casters;
     for (size_t i = 0; i < draft.instances.size(); ++i) {
         const shared::Instance& instance = draft.instances[i];
-        facts_.dynamicInstances += instance.worldFromLocal != instance.previousWorldFromLocal ? 1 : 0;
         const size_t end =
             i + 1 < draft.instances.size() ? draft.instances[i + 1].firstMaterial : draft.materialIndices.size();
+        std::vector<Ball> balls;
         bool casts = false;
         for (size_t k = instance.firstMaterial; k < end; ++k) {
-            facts_.diffuseAlbedo |= materials_.isDiffuse(draft.materialIndices[k]);
-            casts |= materials_.castsCaustics(draft.materialIndices[k]);
+            if (!materials_.castsCaustics(draft.materialIndices[k])) continue;
+            casts = true;
+            if (instance.shape == shared::kShapeSphere) balls.push_back({glm::dvec3(0), 1});
+            if (instance.shape != shared::kShapeMesh) continue;
+            const std::vector<Ball>& ofMesh = meshes_[instance.mesh].balls;
+            const size_t subset = k - instance.firstMaterial;
+            if (subset < ofMesh.size()) balls.push_back(ofMesh[subset]);
         }
-        facts_.specularCasters += casts ? 1 : 0;
+        if (!casts) continue;
+        ++facts_.specularCasters;
+        casters.push_back(placeCaster(balls, glm::dmat4x3(instance.worldFromLocal)));
     }
+    return groupCasters(std::move(casters));
 }
 
 } // namespace trilume

@@ -2,6 +2,7 @@
 
 #include "graph/graph.h"
 #include "light/light_table.h"
+#include "render/casters.h"
 #include "render/device_table.h"
 #include "render/gpu_materials.h"
 #include "rt/accel.h"
@@ -41,6 +42,7 @@ private:
     struct DeviceMesh {
         rt::MeshAccelId accel{};
         gpu::Buffer triangles, positions, normals, uvs, subsets;
+        std::vector<Ball> balls; ///< of its subsets
         uint64_t topologyRevision = 0, pointsRevision = 0;
         bool present = false;
     };
@@ -64,6 +66,8 @@ private:
     void addLights(Draft& draft);
     void addLight(Draft& draft, const Light& light, const glm::dmat4& worldFromLocal, uint32_t instance, Entity owner);
     void updateFacts(const Draft& draft);
+    /// Balls around what casts caustics; counts them.
+    std::vector<shared::Caster> findCasters(const Draft& draft);
     struct LightTexture;
     /// The texture's importance-sampled density, with its index in the device's table; null without a texture.
     const LightTexture* lightTexture(TextureId texture, LightKind kind, uint32_t& distribution);
@@ -85,6 +89,7 @@ private:
     DeviceTable<shared::AliasEntry> alias_{"light alias table"};
     DeviceTable<uint32_t> lightOfTriangle_{"lights of triangles"};
     DeviceTable<shared::Distribution> distributions_{"light distributions"};
+    DeviceTable<shared::Caster> casters_{"casters of caustics"};
 
     struct LightTexture {
         uint64_t revision = 0;

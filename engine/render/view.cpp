@@ -236,6 +236,7 @@ void View::Impl::collect(FrameSlot& slot) {
     const auto* counters = reinterpret_cast<const uint32_t*>(slot.counters.mapped());
     stats.rays += counters[shared::kCounterRays];
     stats.nonfinite += counters[shared::kCounterNonfinite];
+    stats.photons += counters[shared::kCounterPhotons];
     const std::vector<double> times = executor.passTimes(device.timestamps(slot.submission));
     for (size_t i = 0; i < times.size() && i < stats.nodes.size(); ++i) stats.nodes[i].ms += times[i];
 }

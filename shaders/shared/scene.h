@@ -57,8 +57,16 @@ struct Instance {
     uint flags;
 };
 
+// A ball around surfaces with delta lobes: where photons are aimed at for caustics.
+struct Caster {
+    vec3 center;
+    float radius;
+};
+TL_CONST uint kMaxCasters = 32; // where there are more, neighbours share a ball
+
 TL_DECLARE_ALIGNED_REF(Mesh, 8)
 TL_DECLARE_REF(Instance)
+TL_DECLARE_REF(Caster)
 
 struct SceneTable {
     TL_REF(BvhNode) topNodes;  // over instances
@@ -72,11 +80,14 @@ struct SceneTable {
     TL_REF(AliasEntry) lightAlias; // over lights, by power
     TL_REF(uint) lightOfTriangle;  // kNone where a triangle of an emissive instance emits nothing
     TL_REF(Distribution) distributions;
+    TL_REF(Caster) casters;
     uint instanceCount;
     uint lightCount;
     uint infiniteLightCount; // lights at infinity (dome, distant) stand first in `lights`
+    uint casterCount;
     vec3 boundsCenter;
     float boundsRadius; // of everything finite; 0: empty
+    float lightPower;   // of all lights, W by luminance; of those at infinity what enters the bounds
     uint padding;       // to a multiple of 8 bytes: C++ and scalar layout then agree on what follows
 };
 

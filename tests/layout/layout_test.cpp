@@ -6,6 +6,7 @@
 #include "gpu/shader_compiler.h"
 
 #include "shared/bvh.h"
+#include "shared/caustics.h"
 #include "shared/frame.h"
 #include "shared/light.h"
 #include "shared/material.h"
@@ -65,8 +66,15 @@ const std::map<std::string, StructLayout> kHostLayouts = {
     TL_LAYOUT(Instance, localFromWorld, worldFromLocal, previousWorldFromLocal, shape, mesh, firstMaterial, firstLight,
               mask, flags),
     TL_LAYOUT(SceneTable, topNodes, topInstances, instances, meshes, materials, textureInputs, materialIndices, lights,
-              lightAlias, lightOfTriangle, distributions, instanceCount, lightCount, infiniteLightCount, boundsCenter,
-              boundsRadius, padding),
+              lightAlias, lightOfTriangle, distributions, casters, instanceCount, lightCount, infiniteLightCount,
+              casterCount, boundsCenter, boundsRadius, lightPower, padding),
+    TL_LAYOUT(Caster, center, radius),
+    TL_LAYOUT(GuideTarget, learned, flux, cumulative),
+    TL_LAYOUT(CausticState, emitted, arrivals, lit),
+    TL_LAYOUT(Photon, position, normal, flux, direction, next),
+    TL_LAYOUT(CausticPatch, key, home, irradiance),
+    TL_LAYOUT(CausticsPush, frame, points, caustic, splats, guide, previousGuide, state, previousState, photons, heads,
+              cache, previousCache, cacheSums, uniformShare, gatherRadius, cacheShare, photonLimit, headMask, flags),
     TL_LAYOUT(VisiblePoint, instance, primitive, uv, direction, footprint, throughput, dimension, chain),
     TL_LAYOUT(VisibilityPush, frame, points, emission, albedo, normal, depth, motion, maxBounces, flags),
 };

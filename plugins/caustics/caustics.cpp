@@ -1,0 +1,96 @@
+#include "caustics.h"
+
+#include "shared/caustics.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace trilume {
+
+namespace {
+
+constexpr size_t kFixedBytes = 6 * sizeof(uint32_t); // shaders/lib/fixed_point.glsl
+constexpr double kFewestPhotons = 4096;
+constexpr uint32_t kCachedFrames = 1024;
+
+/// Radius in frame n (from 0) of an average over that in frame 0: r_{n+1}^2 = r_n^2 (n + a) / (n + 1) with n counted
+/// from 1 and a = 2/3 (Hachisuka 2008; Knaus and Zwicker 2011, eq. 15). The product is a ratio of gamma functions.
+double shrink(uint32_t n) {
+    constexpr double kAlpha = 2.0 / 3.0;
+    return std::exp(0.5 * (std::lgamma(n + 1 + kAlpha) - std::lgamma(1 + kAlpha) - std::lgamma(n + 2.0)));
+}
+
+} // namespace
+
+graph::Need CausticsNode::needed(const graph::SceneFacts& facts, const ParamSet& /*params*/) const {
+    if (facts.lights == 0) return graph::Need::no("no lights");
+    if (facts.specularCasters == 0) return graph::Need::no("no mirrors and no glass");
+    return graph::Need::yes();
+}
+
+void CausticsNode::declare(graph::Builder& builder) {
+    builder.owns(graph::PathClass::Caustic);
+    const double pixels = static_cast<double>(builder.width()) * builder.height();
+    const double perPicture = builder.params().getFloat("caustics.photonsPerPixel") * pixels;
+    const auto most = static_cast<double>(builder.params().getInt("caustics.photons"));
+    photonLimit_ = static_cast<uint32_t>(std::min(most, std::max(perPicture, kFewestPhotons)));
+    cells_ = std::bit_ceil(photonLimit_);
+
+    points_ = builder.findPlane("visibility.points");
+    builder.read(points_);
+    caustic_ = builder.createPlane("caustics.caustic", sizeof(glm::vec3));
+    splats_ = builder.createPlane("caustics.splats", kFixedBytes);
+    photons_ = builder.createBuffer("caustics.photons", photonLimit_ * sizeof(shared::Photon));
+    heads_ = builder.createBuffer("caustics.heads", cells_ * sizeof(uint32_t));
+    guide_ = builder.historyBuffer("caustics.guide",
+                                   shared::kGuideGroups * shared::kGuideTargets * sizeof(shared::GuideTarget));
+    state_ = builder.historyBuffer("caustics.state", sizeof(shared::CausticState));
+    cache_ = builder.historyBuffer("caustics.cache", shared::kCausticPatches * sizeof(shared::CausticPatch));
+    cacheSums_ = builder.createBuffer("caustics.cacheSums", shared::kCausticPatches * kFixedBytes);
+}
+
+void CausticsNode::execute(graph::FrameContext& context) {
+    const auto& resources = context.resources;
+    const bool known = resources.historyValid(state_.previous);
+    // What moved in the first frame of a picture stays where it is for the rest of it.
+    const bool changed = !known || (context.facts.sceneChanged && context.sampleIndex == 0);
+    cachedFrames_ = changed ? 1 : std::min(cachedFrames_ + 1, kCachedFrames);
+
+    shared::CausticsPush push{};
+    push.frame = context.frame;
+    push.points = resources.address(points_);
+    push.caustic = resources.address(caustic_);
+    push.splats = resources.address(splats_);
+    push.guide = resources.address(guide_.current);
+    push.state = resources.address(state_.current);
+    push.photons = resources.address(photons_);
+    push.heads = resources.address(heads_);
+    push.cache = resources.address(cache_.current);
+    push.cacheSums = resources.address(cacheSums_);
+    push.previousGuide = resources.address(guide_.previous);
+    push.previousState = resources.address(state_.previous);
+    push.previousCache = resources.address(cache_.previous);
+    push.flags = (known ? shared::kCausticsHistory : 0) | (changed ? 0 : shared::kCausticsCarry);
+    push.uniformShare = static_cast<float>(context.params.getFloat("caustics.uniformShare"));
+    push.gatherRadius =
+        static_cast<float>(context.params.getFloat("caustics.gatherRadius") * shrink(context.sampleIndex));
+    push.cacheShare = 1.0f / static_cast<float>(cachedFrames_);
+    push.photonLimit = photonLimit_;
+    push.headMask = cells_ - 1;
+
+    const auto run = [&](const char* pass, uint32_t x, uint32_t y = 1) {
+        const std::string path = std::string("passes/caustics/") + pass + ".comp";
+        context.commands.dispatch(context.pipeline({path, {}, {}}), push, x, y);
+    };
+    run("clear", std::max({context.width * context.height, cells_, shared::kCausticPatches}));
+    run("learn", shared::kGuideGroups * shared::kGuideCells);
+    context.commands.barrier();
+    run("carry", shared::kCausticPatches);
+    run("photons", photonLimit_);
+    context.commands.barrier();
+    run("gather", context.width, context.height);
+    run("resolve", shared::kCausticPatches);
+}
+
+} // namespace trilume

@@ -1,0 +1,34 @@
+#include "caustics.h"
+#include "plugin/plugin_cpp.h"
+
+static void registerPlugin(trilume::Registry& registry) {
+    registry.addParam({.name = "caustics.photons",
+                       .defaultValue = int64_t{1 << 18},
+                       .minimum = 64,
+                       .maximum = 1 << 24,
+                       .doc = "At most so many photons in a frame; fewer where the pixels that they light have enough.",
+                       .cost = trilume::ParamCost::Structural});
+    registry.addParam(
+        {.name = "caustics.photonsPerPixel",
+         .defaultValue = 0.25,
+         .minimum = 1.0 / 1024,
+         .maximum = 1024,
+         .doc = "Keeps small pictures cheap: at most so many photons for each pixel, but no fewer than 4096.",
+         .cost = trilume::ParamCost::Structural});
+    registry.addParam({.name = "caustics.uniformShare",
+                       .defaultValue = 0.2,
+                       .minimum = 0.1,
+                       .maximum = 1,
+                       .doc = "Share of photons emitted as the light emits; the rest is aimed at mirrors and glass."});
+    registry.addParam({.name = "caustics.gatherRadius",
+                       .defaultValue = 2.0,
+                       .minimum = 0.1,
+                       .maximum = 100,
+                       .unit = "pixels",
+                       .doc =
+                           "Blurs caustics seen through mirrors and glass so far, in pixels, in the first frame of an "
+                           "average; later ones blur less, down to nothing."});
+    registry.addNode({"caustics", "caustics", [] { return std::make_unique<trilume::CausticsNode>(); }});
+}
+
+TL_PLUGIN("caustics", registerPlugin)

@@ -1,0 +1,12 @@
+// Adds this frame's photons to the cache's mean.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "passes/caustics/push.glsl"
+
+layout(local_size_x = 64) in;
+
+void main() {
+    const uint index = gl_GlobalInvocationID.x;
+    if (dryFrame() || index >= kCausticPatches || push.cache.v[index].key == 0u) return;
+    push.cache.v[index].irradiance += push.cacheShare * sumAt(push.cacheSums, index);
+}

@@ -1,0 +1,84 @@
+// Irradiance that arrives on surfaces through mirrors and glass, coarsely, anywhere in the scene: what the caustics node
+// leaves for rays that hit rough surfaces out of sight.
+//
+// A patch is the part of an instance that faces along one axis (the largest component of its normal), in one square of
+// side h across the axis and one layer along it. A photon of flux F adds F |n_axis| / h^2, where h^2 / |n_axis| is the
+// area of the surface above the square; so the integral of the irradiance over the patch is the flux that landed on it.
+// A surface may pass through several layers within its square, but rises by sqrt(2) h at most: the sum of three layers of
+// 3/2 h has all of it.
+// Bias: irradiance is constant on each patch. Where a surface ends within a square, the share of the square that it lacks
+// is lost: about perimeter * h / (4 area) of the flux where it is spread evenly. Parallel sheets of one instance closer
+// than 3 h share their light.
+#ifndef TL_SCENE_CAUSTIC_CACHE_GLSL
+#define TL_SCENE_CAUSTIC_CACHE_GLSL
+
+#include "lib/rng.glsl"
+#include "scene/bindings.glsl"
+#include "shared/caustics.h"
+
+const float kCausticPatchSize = 1.0 / 32.0; // h over the radius of the scene's bounds
+const float kCausticPatchLayer = 1.5;       // over h
+
+struct CausticPlace {
+    uint instance;
+    uint side;     // axis, and 4 on its negative side
+    ivec3 cell;    // x, y across the axis; z: layer
+    float inverseArea;
+};
+
+// `normal`: unit, geometric, on the side that light arrives from.
+CausticPlace causticPlace(uint instance, vec3 position, vec3 normal) {
+    // Ties between axes are broken alike for all triangles of a plane: rounding must not decide.
+    const vec3 n = abs(normal) * vec3(1.02, 1.01, 1.0);
+    const uint axis = n.x >= n.y && n.x >= n.z ? 0u : n.y >= n.z ? 1u : 2u;
+    const float size = TL_SCENE.boundsRadius * kCausticPatchSize;
+    const vec3 p = position / size;
+    CausticPlace place;
+    place.instance = instance;
+    place.side = normal[axis] < 0.0 ? axis + 4u : axis;
+    place.cell = ivec3(floor(vec3(p[(axis + 1u) % 3u], p[(axis + 2u) % 3u], p[axis] / kCausticPatchLayer)));
+    place.inverseArea = abs(normal[axis]) / (size * size);
+    return place;
+}
+
+// x: the slot where probing begins, y: the key. Two hashes, so that 48 bits tell patches apart.
+uvec2 causticPatchHash(CausticPlace place) {
+    const uvec3 h = pcg3d(uvec3(place.cell) ^ pcg(place.instance * 8u + place.side));
+    return uvec2(h.x & (kCausticPatches - 1u), max(h.y, 1u));
+}
+
+uint nextCausticPatch(uint slot) { return (slot + 1u) & (kCausticPatches - 1u); }
+
+// The slot of a patch, made where there is none; kNone where the table is full here: below a quarter of its slots in use,
+// the chance of a run this long is 1e-9.
+uint insertCausticPatch(CausticPatchRef cache, uvec2 hash) {
+    uint slot = hash.x;
+    for (uint i = 0u; i < kCausticPatchProbes; ++i) {
+        const uint key = atomicCompSwap(cache.v[slot].key, 0u, hash.y);
+        if (key == 0u) cache.v[slot].home = hash.x;
+        if (key == 0u || key == hash.y) return slot;
+        slot = nextCausticPatch(slot);
+    }
+    return kNone;
+}
+
+// W/m^2 through chains of mirrors and glass onto the side of the surface that `normal` (unit, geometric) points to.
+vec3 cachedCausticIrradiance(CausticPatchRef cache, uint instance, vec3 position, vec3 normal) {
+    CausticPlace place = causticPlace(instance, position, normal);
+    const int layer = place.cell.z;
+    vec3 sum = vec3(0.0);
+    for (int offset = -1; offset <= 1; ++offset) {
+        place.cell.z = layer + offset;
+        const uvec2 hash = causticPatchHash(place);
+        uint slot = hash.x;
+        for (uint i = 0u; i < kCausticPatchProbes; ++i) {
+            const uint key = cache.v[slot].key;
+            if (key == hash.y) sum += cache.v[slot].irradiance;
+            if (key == hash.y || key == 0u) break;
+            slot = nextCausticPatch(slot);
+        }
+    }
+    return sum;
+}
+
+#endif
