@@ -79,6 +79,19 @@ TEST_F(UsdTime, VisibilityOfAncestors) {
     EXPECT_FALSE(scene->isVisible(find(*scene, "/a/m")));
 }
 
+TEST_F(UsdTime, ASingleSampleHoldsAtAllTimes) {
+    const std::string red = "color3f[] primvars:displayColor.timeSamples = { 1: [(1, 0, 0)] }\n";
+    const std::string blue = "color3f[] primvars:displayColor.timeSamples = { 1: [(0, 0, 1)] }\n";
+    const std::string instance = " (instanceable = true\nprepend references = </proto>)\n{\n";
+    const auto scene = read("def Xform \"a\"\n{\ntoken visibility.timeSamples = { 1: \"invisible\" }\n" + square("m") +
+                                "}\nclass Xform \"proto\"\n{\n" + square("m") + "}\ndef Xform \"r\"" + instance + red +
+                                "}\ndef Xform \"b\"" + instance + blue + "}\n",
+                            kRange);
+    EXPECT_EQ(scene->world.count<MeshInstance>(), 2u) << "what is under /a is never seen";
+    EXPECT_EQ(materialOf(*scene, "/r/m").baseColor, glm::vec3(1, 0, 0));
+    EXPECT_EQ(materialOf(*scene, "/b/m").baseColor, glm::vec3(0, 0, 1));
+}
+
 TEST_F(UsdTime, DeformingMeshesKeepTheirTopology) {
     const auto scene = read("def Mesh \"m\"\n{\npoint3f[] points.timeSamples = { 1: [(0,0,0),(1,0,0),(1,1,0),(0,1,0)], "
                             "2: [(0,0,0),(1,0,0),(1,1,3),(0,1,0)], 3: [(0,0,0),(1,0,0),(1,1,3),(0,1,0)] }\n"

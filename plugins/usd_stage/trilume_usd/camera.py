@@ -2,7 +2,7 @@
 
 import math
 
-from pxr import Gf, UsdGeom
+from pxr import Gf, Usd, UsdGeom
 
 
 class CameraReader:
@@ -17,9 +17,10 @@ class CameraReader:
         names = (*self._IN_TENTHS, "clippingRange", "fStop", "focusDistance")
         self._attributes = {name: prim.GetAttribute(name) for name in names}
         self.varying = any(a.ValueMightBeTimeVarying() for a in self._attributes.values())
-        if UsdGeom.Camera(prim).GetProjectionAttr().Get() == UsdGeom.Tokens.orthographic:
+        first = Usd.TimeCode.EarliestTime()
+        if UsdGeom.Camera(prim).GetProjectionAttr().Get(first) == UsdGeom.Tokens.orthographic:
             warn(prim.GetPath(), "orthographic cameras are not supported: shown in perspective")
-        if UsdGeom.Camera(prim).ComputeLinearExposureScale() != 1:
+        if UsdGeom.Camera(prim).ComputeLinearExposureScale(first) != 1:
             warn(prim.GetPath(), "the camera's exposure is not supported: ignored")
 
     def read(self, moment):

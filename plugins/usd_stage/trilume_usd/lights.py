@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from pxr import Gf, Sdf, UsdGeom, UsdLux
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 
 from .files import find_file
 
@@ -55,7 +55,7 @@ class Emission:
         attributes = [(name, light_input(prim, name), default) for name, default in _UNSUPPORTED.items()]
         attributes += [(name, prim.GetAttribute(name), default) for name, default in _UNSUPPORTED_PLAIN.items()]
         for name, attribute, default in attributes:
-            if attribute and attribute.HasAuthoredValue() and attribute.Get() not in (default, Sdf.AssetPath()):
+            if attribute and attribute.HasAuthoredValue() and constant(attribute) not in (default, Sdf.AssetPath()):
                 self._warn(prim.GetPath(), f"the light's {name} is not supported: ignored")
         for name in ("light:filters", "collection:lightLink:excludes", "collection:shadowLink:excludes"):
             relationship = prim.GetRelationship(name)
@@ -79,8 +79,8 @@ class LightReader:
         attributes = [*self._sizes.values(), self._texture]
         self.varying = self._emission.varying or any(a and a.ValueMightBeTimeVarying() for a in attributes)
         layout = light_input(prim, "texture:format")
-        if layout and layout.Get() not in (UsdLux.Tokens.automatic, UsdLux.Tokens.latlong):
-            warn(prim.GetPath(), f"dome texture format {layout.Get()} is not supported: read as latlong")
+        if layout and constant(layout) not in (UsdLux.Tokens.automatic, UsdLux.Tokens.latlong):
+            warn(prim.GetPath(), f"dome texture format {constant(layout)} is not supported: read as latlong")
 
     @staticmethod
     def reads(type_name):
@@ -115,6 +115,11 @@ class LightReader:
         if axis != UsdGeom.Tokens.z:
             return None
         return np.array(Gf.Matrix4d().SetRotate(Gf.Rotation(Gf.Vec3d.XAxis(), 90)))
+
+
+def constant(attribute):
+    """Of what is read once: with time samples, the first."""
+    return attribute.Get(Usd.TimeCode.EarliestTime())
 
 
 def light_input(prim, name):

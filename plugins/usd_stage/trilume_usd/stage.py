@@ -38,7 +38,7 @@ class Inherited(NamedTuple):
     hidden: bool = False   # at all times
     purpose: str = str(UsdGeom.Tokens.default_)
 
-    def of(self, prim):
+    def of(self, prim, time):
         if not prim.IsA(UsdGeom.Imageable):
             return self
         imageable = UsdGeom.Imageable(prim)
@@ -46,7 +46,7 @@ class Inherited(NamedTuple):
         visibility = imageable.GetVisibilityAttr()
         if visibility.ValueMightBeTimeVarying():
             switches = (*switches, visibility)
-        elif visibility.Get() == UsdGeom.Tokens.invisible:
+        elif visibility.Get(time) == UsdGeom.Tokens.invisible:
             hidden = True
         if prim.IsA(UsdGeom.Xformable):
             xformable = UsdGeom.Xformable(prim)
@@ -163,7 +163,7 @@ class Stage:
             prim, inherited = pending.pop()
             try:
                 if prim != root:
-                    inherited = inherited.of(prim)
+                    inherited = inherited.of(prim, self.moment.time)
                 if prim.IsA(UsdGeom.PointInstancer):
                     self._walk_point_instancer(prim, frame, inherited, above)
                 elif prim.IsInstance() and prim != root and not prim.IsA(UsdGeom.Gprim):
@@ -179,13 +179,12 @@ class Stage:
             inner = InstanceFrame(frame, members)
             self._walk(inner, inner.root, Inherited(purpose=key[1]), predicate, above)
 
-    @staticmethod
-    def _likeness(prim, inherited):
+    def _likeness(self, prim, inherited):
         """Instances for which this is equal show the same."""
         material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)[0]
         color = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance("displayColor")
         return (prim.GetPrototype().GetPath(), inherited.purpose, str(material.GetPath()) if material else "",
-                str(color.Get()) if color else "")
+                str(color.Get(self.moment.time)) if color else "")
 
     def _walk_point_instancer(self, prim, frame, inherited, above):
         if not inherited.drawn:
@@ -197,7 +196,8 @@ class Stage:
         instances.sample(self.moment)  # names what is wrong with it, also when nothing is left to place
         for number, root in enumerate(instances.prototypes):
             if root:
-                self._walk(PointInstanceFrame(instances, number), root, Inherited().of(root)._replace(moving=False),
+                self._walk(PointInstanceFrame(instances, number), root,
+                           Inherited().of(root, self.moment.time)._replace(moving=False),
                            _INSIDE_PROTOTYPE, (*above, prim.GetPath()))
 
     def _visit(self, prim, frame, inherited):
