@@ -45,6 +45,12 @@ def Shader "image"
     asset inputs:file = @tex.png@ (colorSpace = "srgb_texture")
     color3f outputs:out
 }
+def Shader "weight"
+{
+    uniform token info:id = "ND_image_float"
+    asset inputs:file = @weight.png@
+    float outputs:out
+}
 def Shader "color"
 {
     uniform token info:id = "UsdPrimvarReader_float3"
@@ -64,6 +70,7 @@ protected:
     void SetUp() override {
         UsdStage::SetUp();
         write("tex.png", "x");
+        write("weight.png", "x");
     }
     Material preview(std::string_view inputs, std::string_view mesh = "") const {
         scene_ = read(shader("UsdPreviewSurface", inputs) + bound(mesh));
@@ -270,6 +277,17 @@ TEST_F(UsdMaterial, UnsupportedShadersAreNamed) {
     scene = read(material + bound());
     EXPECT_EQ(materialOf(*scene, "/m").baseColor, glm::vec3(0.18f));
     EXPECT_TRUE(warned("/mat/tex: shader MyOwnTexture is not supported"));
+}
+
+TEST_F(UsdMaterial, UnsupportedMaterialXDoesNotHideTheUniversalSurface) {
+    std::string material = shader("UsdPreviewSurface", "color3f inputs:diffuseColor = (1, 0, 0)\n");
+    const std::string output = "token outputs:surface.connect";
+    material.insert(material.find(output), "token outputs:mtlx:surface.connect = </mat/x.outputs:surface>\n"
+                                           "def Shader \"x\"\n{\nuniform token info:id = \"ND_disney_principled\"\n"
+                                           "token outputs:surface\n}\n");
+    const auto scene = read(material + bound());
+    EXPECT_EQ(materialOf(*scene, "/m").baseColor, glm::vec3(1, 0, 0));
+    EXPECT_EQ(allWarnings(), "");
 }
 
 TEST_F(UsdMaterial, ValuesOutOfRangeAreBroughtIn) {

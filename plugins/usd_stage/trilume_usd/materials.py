@@ -38,10 +38,9 @@ class MaterialReader:
 
     def _evaluate(self, moment):
         network = Network(moment.time, self._files, self._warn, self._primvars)
-        shader, identifier = surface_shader(self._prim)
-        for prefix, surface in _SURFACES.items():
-            if shader and identifier.startswith(prefix):
-                return finish(surface(shader, network, self._warn), self._prim, self._warn), network
+        shader, identifier, surface = surface_shader(self._prim)
+        if surface:
+            return finish(surface(shader, network, self._warn), self._prim, self._warn), network
         if shader:
             what = f"surface shader {identifier or 'without id'} is not supported"
             self._warn(self._prim.GetPath(), f"{what}: the default material is used")
@@ -95,13 +94,16 @@ class GlowReader:
 
 
 def surface_shader(prim):
-    """(shader, its id); (None, "") for a material without surface."""
+    """(shader, its id, the function that reads it): the first of MaterialX's and the universal one that can be read.
+    The function is None when none can, and so is the shader when the material has no surface."""
     material = UsdShade.Material(prim)
-    for context in ("mtlx", ""):
-        shader = material.ComputeSurfaceSource(context)[0]
-        if shader:
-            return shader, str(shader.GetIdAttr().Get() or "")
-    return None, ""
+    shaders = [material.ComputeSurfaceSource(context)[0] for context in ("mtlx", "")]
+    found = [(shader, str(shader.GetIdAttr().Get() or "")) for shader in shaders if shader]
+    for shader, identifier in found:
+        for prefix, surface in _SURFACES.items():
+            if identifier.startswith(prefix):
+                return shader, identifier, surface
+    return (*found[0], None) if found else (None, "", None)
 
 
 def finish(record, prim, warn):
