@@ -290,6 +290,17 @@ TEST_F(UsdMaterial, UnsupportedMaterialXDoesNotHideTheUniversalSurface) {
     EXPECT_EQ(allWarnings(), "");
 }
 
+TEST_F(UsdMaterial, OfTwoTexturesTheFirstStays) {
+    const auto scene = read(shader("ND_standard_surface_surfaceshader",
+                                   "color3f inputs:base_color.connect = </mat/image.outputs:out>\n"
+                                   "float inputs:base.connect = </mat/weight.outputs:out>\n") +
+                            bound());
+    const Material& m = materialOf(*scene, "/m");
+    ASSERT_NE(m.baseColorMap.texture, TextureId::None);
+    EXPECT_TRUE(scene->texture(m.baseColorMap.texture).name.ends_with("tex.png"));
+    EXPECT_TRUE(warned("/mat/s: the product of two textures is not supported: base is ignored")) << allWarnings();
+}
+
 TEST_F(UsdMaterial, ValuesOutOfRangeAreBroughtIn) {
     const Material m = preview("float inputs:roughness = 7\nfloat inputs:metallic = -1\nfloat inputs:ior = 0\ncolor3f "
                                "inputs:diffuseColor = (nan, 1, 1)\n");

@@ -166,7 +166,7 @@ def standard_surface(shader, network, warn):
     name_ignored(shader, network, warn, ("subsurface", "sheen", "thin_film_thickness", "transmission_depth",
                                          "specular_anisotropy", "coat_anisotropy"))
     return {
-        "baseColor": multiply(value(shader, "base_color", (0.8, 0.8, 0.8)), value(shader, "base", 1.0)),
+        "baseColor": network.product(shader, ("base_color", (0.8, 0.8, 0.8)), ("base", 1.0)),
         "metallic": value(shader, "metalness", 0.0),
         "specular": network.constant(shader, "specular", 1.0),
         "specularColor": value(shader, "specular_color", (1.0, 1.0, 1.0)),
@@ -177,7 +177,7 @@ def standard_surface(shader, network, warn):
         "clearcoat": value(shader, "coat", 0.0),
         "clearcoatRoughness": value(shader, "coat_roughness", 0.1),
         "clearcoatIor": network.constant(shader, "coat_IOR", 1.5),
-        "emission": multiply(value(shader, "emission_color", (1.0, 1.0, 1.0)), value(shader, "emission", 0.0)),
+        "emission": network.product(shader, ("emission_color", (1.0, 1.0, 1.0)), ("emission", 0.0)),
         "opacity": presence(value(shader, "opacity", (1.0, 1.0, 1.0))),
         "normal": value(shader, "normal", (0.0, 0.0, 1.0)),
     }
@@ -187,9 +187,8 @@ def open_pbr(shader, network, warn):
     value = network.value
     name_ignored(shader, network, warn, ("subsurface_weight", "fuzz_weight", "thin_film_weight", "transmission_depth",
                                          "specular_roughness_anisotropy", "coat_roughness_anisotropy"))
-    luminance = value(shader, "emission_luminance", 0.0)
     return {
-        "baseColor": multiply(value(shader, "base_color", (0.8, 0.8, 0.8)), value(shader, "base_weight", 1.0)),
+        "baseColor": network.product(shader, ("base_color", (0.8, 0.8, 0.8)), ("base_weight", 1.0)),
         "metallic": value(shader, "base_metalness", 0.0),
         "specular": network.constant(shader, "specular_weight", 1.0),
         "specularColor": value(shader, "specular_color", (1.0, 1.0, 1.0)),
@@ -200,7 +199,7 @@ def open_pbr(shader, network, warn):
         "clearcoat": value(shader, "coat_weight", 0.0),
         "clearcoatRoughness": value(shader, "coat_roughness", 0.0),
         "clearcoatIor": network.constant(shader, "coat_ior", 1.6),
-        "emission": multiply(value(shader, "emission_color", (1.0, 1.0, 1.0)), luminance),
+        "emission": network.product(shader, ("emission_color", (1.0, 1.0, 1.0)), ("emission_luminance", 0.0)),
         "opacity": value(shader, "geometry_opacity", 1.0),
         "normal": value(shader, "geometry_normal", (0.0, 0.0, 1.0)),
     }

@@ -42,11 +42,9 @@ def as_color(value):
 
 
 def multiply(value, factor):
-    """Constants and textures; the product of two textures keeps the first."""
+    """Of constants, or of a texture and a constant."""
     if isinstance(factor, Texture):
         value, factor = factor, value
-    if isinstance(factor, Texture):
-        return value
     if isinstance(value, Texture):
         return value.times(factor)
     if isinstance(value, tuple) or isinstance(factor, tuple):
@@ -82,6 +80,14 @@ class Network:
         if UsdShade.Utils.GetType(attribute.GetName()) == UsdShade.AttributeType.Output:
             return self._output(UsdShade.Shader(attribute.GetPrim()), attribute, default)
         return plain(self._get(attribute), default)
+
+    def product(self, shader, first, second):
+        """Of two inputs, as (name, default). Of two textures the first is used, with a warning."""
+        value, factor = self.value(shader, *first), self.value(shader, *second)
+        if isinstance(value, Texture) and isinstance(factor, Texture):
+            self._warn(shader.GetPath(), f"the product of two textures is not supported: {second[0]} is ignored")
+            return value
+        return multiply(value, factor)
 
     def _get(self, attribute):
         self.varying |= attribute.ValueMightBeTimeVarying()
