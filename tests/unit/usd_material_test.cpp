@@ -301,6 +301,43 @@ TEST_F(UsdMaterial, OfTwoTexturesTheFirstStays) {
     EXPECT_TRUE(warned("/mat/s: the product of two textures is not supported: base is ignored")) << allWarnings();
 }
 
+TEST_F(UsdMaterial, InputsOfAnotherTypeTakeTheirDefault) {
+    for (const char* bad : {"float2 inputs:diffuseColor = (1, 1)", "string inputs:diffuseColor = \"red\"",
+                            "matrix4d inputs:diffuseColor = ((1,0,0,0), (0,1,0,0), (0,0,1,0), (0,0,0,1))"}) {
+        warnings_.clear();
+        const Material m = preview(std::string(bad) + "\ncolor3f inputs:emissiveColor = (4, 5, 6)\n" +
+                                   "color3f inputs:roughness = (1, 0, 0)\nasset inputs:ior = @a@\n");
+        EXPECT_EQ(m.baseColor, glm::vec3(0.18f)) << bad;
+        EXPECT_EQ(m.emission, glm::vec3(4, 5, 6));
+        EXPECT_EQ(m.roughness, 0.5f);
+        EXPECT_EQ(m.ior, 1.5f);
+        for (const char* name : {"diffuseColor", "roughness", "ior"})
+            EXPECT_TRUE(warned("/mat/s: " + std::string(name) + " is of another type")) << allWarnings();
+    }
+    const Material m = preview("color4f inputs:diffuseColor = (1, 0, 0, 1)\nfloat inputs:emissiveColor = 2\n");
+    EXPECT_EQ(m.baseColor, glm::vec3(1, 0, 0)) << "an alpha does no harm";
+    EXPECT_EQ(m.emission, glm::vec3(2)) << "a number is a grey";
+}
+
+TEST_F(UsdMaterial, BadTextureNodesCostOnlyThemselves) {
+    const auto with = [](std::string_view good, std::string_view bad) {
+        std::string material =
+            shader("UsdPreviewSurface", "color3f inputs:diffuseColor.connect = </mat/tex.outputs:rgb>\n");
+        return material.replace(material.find(good), good.size(), bad);
+    };
+    auto scene = read(with("float4 inputs:scale = (2, 3, 4, 5)", "float2 inputs:scale = (2, 3)") + bound());
+    EXPECT_NE(materialOf(*scene, "/m").baseColorMap.texture, TextureId::None);
+    EXPECT_EQ(materialOf(*scene, "/m").baseColorMap.scale, glm::vec4(1));
+    EXPECT_TRUE(warned("/mat/tex: scale is of another type")) << allWarnings();
+    warnings_.clear();
+    scene =
+        read(with("inputs:in.connect = </mat/st.outputs:result>", "inputs:in.connect = </mat/place.outputs:result>") +
+             bound());
+    EXPECT_EQ(scene->world.count<MeshInstance>(), 1u);
+    EXPECT_EQ(materialOf(*scene, "/m").baseColor, glm::vec3(0.18f));
+    EXPECT_TRUE(warned("/mat: not readable")) << allWarnings();
+}
+
 TEST_F(UsdMaterial, ValuesOutOfRangeAreBroughtIn) {
     const Material m = preview("float inputs:roughness = 7\nfloat inputs:metallic = -1\nfloat inputs:ior = 0\ncolor3f "
                                "inputs:diffuseColor = (nan, 1, 1)\n");

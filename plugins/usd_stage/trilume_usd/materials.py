@@ -5,6 +5,7 @@ A record has the names of trilume::Material's fields; "maps" has textures by the
 
 from pxr import UsdShade
 
+from .diagnostics import reason
 from .network import Network, Texture, multiply
 
 DEFAULT = {"baseColor": (0.18, 0.18, 0.18), "ior": 1.0, "roughness": 1.0, "maps": {}}  # Lambert
@@ -40,8 +41,11 @@ class MaterialReader:
         network = Network(moment.time, self._files, self._warn, self._primvars)
         shader, identifier, surface = surface_shader(self._prim)
         if surface:
-            return finish(surface(shader, network, self._warn), self._prim, self._warn), network
-        if shader:
+            try:
+                return finish(surface(shader, network, self._warn), self._prim, self._warn), network
+            except Exception as error:  # a cycle, for example
+                self._warn(self._prim.GetPath(), f"not readable ({reason(error)}): the default material is used")
+        elif shader:
             what = f"surface shader {identifier or 'without id'} is not supported"
             self._warn(self._prim.GetPath(), f"{what}: the default material is used")
         elif UsdShade.Material(self._prim).GetDisplacementOutput().HasConnectedSource():

@@ -68,18 +68,29 @@ class Network:
     def constant(self, shader, name, default):
         """The input as written; textures are replaced by their constant."""
         value = self.value(shader, name, default)
-        return (default if value.constant is None else value.constant) if isinstance(value, Texture) else value
+        if not isinstance(value, Texture):
+            return value
+        constant = plain(value.constant, default)
+        return default if constant is None else constant
 
     def value(self, shader, name, default):
-        """A float, int, string, tuple of floats, or Texture. `default` when nothing usable is there."""
+        """A Texture, or else what `default` is: a string, a float, or a tuple of as many. `default`, with a warning,
+        where the stage has something else."""
         source = shader.GetInput(name)
         attributes = UsdShade.Utils.GetValueProducingAttributes(source) if source else []
         if not attributes:
             return default
         attribute = attributes[0]
         if UsdShade.Utils.GetType(attribute.GetName()) == UsdShade.AttributeType.Output:
-            return self._output(UsdShade.Shader(attribute.GetPrim()), attribute, default)
-        return plain(self._get(attribute), default)
+            value = self._output(UsdShade.Shader(attribute.GetPrim()), attribute, default)
+        else:
+            value = self._get(attribute)
+        if value is None or isinstance(value, Texture):
+            return default if value is None else value
+        usable = plain(value, default)
+        if usable is None:
+            self._warn(shader.GetPath(), f"{name} is of another type or not finite: its default is used")
+        return default if usable is None else usable
 
     def product(self, shader, first, second):
         """Of two inputs, as (name, default). Of two textures the first is used, with a warning."""
@@ -113,7 +124,7 @@ class Network:
         fallback = shader.GetInput("fallback")
         constant = default
         if fallback and fallback.GetAttr().HasAuthoredValue():
-            texel = tuple(float(v) for v in self._get(fallback.GetAttr()))
+            texel = self.constant(shader, "fallback", (0.0, 0.0, 0.0, 1.0))
             constant = texel[_CHANNELS[output]] if output in _CHANNELS else texel[:3]
         path = self._file(shader)
         if path is None:
@@ -121,8 +132,8 @@ class Network:
         return Texture(path, _SPACES.get(str(self.constant(shader, "sourceColorSpace", "auto")), "auto"),
                        _WRAPS.get(str(self.constant(shader, "wrapS", "repeat")), "repeat"),
                        _WRAPS.get(str(self.constant(shader, "wrapT", "repeat")), "repeat"),
-                       _CHANNELS.get(output, -1), four(self.constant(shader, "scale", (1.0,) * 4)),
-                       four(self.constant(shader, "bias", (0.0,) * 4)), self._coordinates(shader, "st"), constant)
+                       _CHANNELS.get(output, -1), self.constant(shader, "scale", (1.0,) * 4),
+                       self.constant(shader, "bias", (0.0,) * 4), self._coordinates(shader, "st"), constant)
 
     def _image(self, shader, identifier, default):
         constant = self.constant(shader, "default", default) if shader.GetInput("default") else default
@@ -132,16 +143,12 @@ class Network:
         attribute = UsdShade.Utils.GetValueProducingAttributes(shader.GetInput("file"))[0]
         scalar = identifier.endswith("_float")
         space = _SPACES.get(attribute.GetColorSpace(), "linear" if scalar or "vector" in identifier else "auto")
-        du, dv = self._tiles(shader, "uvtiling")
-        offset = self._tiles(shader, "uvoffset", 0.0)
+        du, dv = self.constant(shader, "uvtiling", (1.0, 1.0))
+        offset = self.constant(shader, "uvoffset", (0.0, 0.0))
         tiles = compose((du, 0.0, 0.0, dv, -offset[0], -offset[1]), self._coordinates(shader, "texcoord"))
         return Texture(path, space, _WRAPS.get(str(self.constant(shader, "uaddressmode", "periodic")), "repeat"),
                        _WRAPS.get(str(self.constant(shader, "vaddressmode", "periodic")), "repeat"),
                        0 if scalar else -1, coordinates=tiles, constant=constant)
-
-    def _tiles(self, shader, name, default=1.0):
-        value = self.constant(shader, name, (default, default))
-        return value if isinstance(value, tuple) and len(value) == 2 else (default, default)
 
     def _normal_map(self, shader, default):
         source = self.value(shader, "in", default)
@@ -185,7 +192,7 @@ class Network:
         name = str(self.constant(shader, key, "") or "")
         self.primvar_names.add(name)
         if name in self._primvars:
-            return plain(self._primvars[name], default)
+            return self._primvars[name]
         return self.constant(shader, "fallback", default) if shader.GetInput("fallback") else default
 
 
@@ -196,21 +203,18 @@ def compose(outer, inner):
     return (a * p + c * q, b * p + d * q, a * r + c * s, b * r + d * s, a * u + c * v + x, b * u + d * v + y)
 
 
-def four(value):
-    return tuple(value) if isinstance(value, tuple) and len(value) == 4 else as_color(value) + (1.0,)
-
-
 def plain(value, default):
-    """Python numbers in place of USD's; `default` for what is absent or not finite."""
-    if value is None:
-        return default
-    if isinstance(value, (bool, int, str)):
-        return value
-    if hasattr(value, "__len__"):
-        value = tuple(float(v) for v in value)
-        return value if all(map(math.isfinite, value)) else default
+    """`value`, USD's or plain, as what `default` is: a string, a float, or a tuple of as many. None when it is something
+    else or not finite. A number makes a grey; a colour may have an alpha."""
+    if isinstance(value, str) or isinstance(default, str):
+        return value if isinstance(value, str) and isinstance(default, str) else None
+    count = len(default) if isinstance(default, tuple) else 1
     try:
-        value = float(value)
+        values = tuple(float(v) for v in value) if hasattr(value, "__len__") else (float(value),)
     except (TypeError, ValueError):
-        return default
-    return value if math.isfinite(value) else default
+        return None
+    if count == 3:
+        values = values * 3 if len(values) == 1 else values[:3]
+    if len(values) != count or not all(map(math.isfinite, values)):
+        return None
+    return values if isinstance(default, tuple) else values[0]
