@@ -118,6 +118,30 @@ TEST_F(UsdStage, InstancesWithOtherBindingsHaveOtherMaterials) {
     EXPECT_EQ(materialOf(*scene, "/b/m").baseColor, glm::vec3(0.18f));
 }
 
+/// In an instance it stands in the world; in a prototype of point instances, with what is around it.
+TEST_F(UsdStage, TransformStacksMayBeResetInsideInstances) {
+    const auto sphere = [](std::string_view name) {
+        return "def Sphere \"" + std::string(name) +
+               "\"\n{\ndouble3 xformOp:translate = (0, 0, 7)\nuniform token[] "
+               "xformOpOrder = [\"!resetXformStack!\", \"xformOp:translate\"]\n}\n";
+    };
+    const auto move = [](std::string_view to) {
+        return "double3 xformOp:translate = (" + std::string(to) +
+               ")\nuniform token[] xformOpOrder = [\"xformOp:translate\"]\n";
+    };
+    const auto scene =
+        read("class Xform \"proto\"\n{\n" + sphere("s") + "}\ndef Xform \"moved\"\n{\n" + move("0, 1, 0") +
+             "def Xform \"i1\" (instanceable = true\nprepend references = </proto>)\n{\n" + move("1, 0, 0") +
+             "}\ndef Xform \"i2\" (instanceable = true\nprepend references = </proto>)\n{\n" + move("2, 0, 0") +
+             "}\n}\ndef PointInstancer \"p\"\n{\nrel prototypes = </p/kit>\nint[] protoIndices = [0, 0]\n"
+             "point3f[] positions = [(5, 0, 0), (6, 0, 0)]\ndef Xform \"kit\"\n{\n" +
+             move("0, 0, 3") + sphere("s") + "}\n}\n");
+    expectNear(position(*scene, "/moved/i1/s"), {0, 0, 7});
+    expectNear(position(*scene, "/moved/i2/s"), {0, 0, 7});
+    expectNear(position(*scene, "/p[0]/s"), {5, 0, 7});
+    expectNear(position(*scene, "/p[1]/s"), {6, 0, 7});
+}
+
 const char* const kInstancer = R"(
 def PointInstancer "outer"
 {

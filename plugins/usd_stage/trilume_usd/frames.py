@@ -13,10 +13,12 @@ class Moment:
         self._memo = {}
 
     def transform(self, prim, root):
-        """From the prim's space to the root's, or to the world when root is None: (4, 4)."""
+        """From the prim's space to the root's, or to the world when root is None: (4, 4). True: to the world all the
+        same, because something in between resets the transform stack."""
         if root is None:
-            return np.array(self._transforms.GetLocalToWorldTransform(prim))
-        return np.array(self._transforms.ComputeRelativeTransform(prim, root)[0])
+            return np.array(self._transforms.GetLocalToWorldTransform(prim)), False
+        matrix, resets = self._transforms.ComputeRelativeTransform(prim, root)
+        return np.array(matrix), resets
 
     def once(self, owner, compute):
         if owner not in self._memo:
@@ -33,6 +35,15 @@ class Frame:
     def matrices(self, moment):
         """From the root prim's space to the world, once per copy: (n, 4, 4)."""
         return np.eye(4)[None]
+
+    def origins(self, moment):
+        """The same from the world in which the root prim stands: what resets the transform stack starts there."""
+        return np.eye(4)[None]
+
+    def places(self, prim, moment):
+        """From the prim's space to the world, once per copy: (n, 4, 4)."""
+        own, resets = moment.transform(prim, self.root)
+        return own @ (self.origins(moment) if resets else self.matrices(moment))
 
     def visible(self, moment):
         """(n,) of bool."""
@@ -58,9 +69,11 @@ class InstanceFrame(Frame):
         self.varying = parent.varying or any(moving or switches for _, moving, switches in members)
 
     def matrices(self, moment):
-        return moment.once((self, "matrices"), lambda: product(
-            self.parent.matrices(moment),
-            np.stack([moment.transform(prim, self.parent.root) for prim, _, _ in self.members])))
+        return moment.once((self, "matrices"), lambda: np.stack(
+            [self.parent.places(prim, moment) for prim, _, _ in self.members], axis=1).reshape(-1, 4, 4))
+
+    def origins(self, moment):
+        return np.repeat(self.parent.origins(moment), len(self.members), axis=0)
 
     def visible(self, moment):
         return moment.once((self, "visible"), lambda: every(
@@ -86,8 +99,12 @@ class PointInstanceFrame(Frame):
         return chosen, matrices[chosen], visible[chosen]
 
     def matrices(self, moment):
-        outer = moment.transform(self.instances.prim, self.parent.root) @ self.parent.matrices(moment)
-        return moment.once((self, "matrices"), lambda: product(outer, self._chosen(moment)[1]))
+        return moment.once((self, "matrices"), lambda: product(
+            self.parent.places(self.instances.prim, moment), self._chosen(moment)[1]))
+
+    def origins(self, moment):
+        """Prototypes move with their instances."""
+        return np.linalg.inv(moment.transform(self.root, None)[0]) @ self.matrices(moment)
 
     def visible(self, moment):
         own = self._chosen(moment)[2] & shown(self.instances.switches, moment)
@@ -162,8 +179,7 @@ class Placement:
     def sample(self, moment):
         """Matrix to the world (n, 4, 4), visible (n,), and the name of a copy that is hidden because its transform is
         singular or not finite, or ""."""
-        own = self._local @ moment.transform(self._prim, self._frame.root)
-        matrices = own @ self._frame.matrices(moment)
+        matrices = self._local @ self._frame.places(self._prim, moment)
         visible = self._frame.visible(moment) & shown(self._switches, moment)
         usable = np.isfinite(matrices).all(axis=(1, 2))
         matrices[~usable] = np.eye(4)
