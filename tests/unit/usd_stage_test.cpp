@@ -118,6 +118,36 @@ TEST_F(UsdStage, InstancesWithOtherBindingsHaveOtherMaterials) {
     EXPECT_EQ(materialOf(*scene, "/b/m").baseColor, glm::vec3(0.18f));
 }
 
+TEST_F(UsdStage, InstancesWithOtherPrimvarsHaveOtherMaterials) {
+    const std::string tinted = R"(
+def Material "mat"
+{
+    token outputs:surface.connect = </mat/s.outputs:surface>
+    def Shader "s"
+    {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor.connect = </mat/tint.outputs:result>
+        token outputs:surface
+    }
+    def Shader "tint"
+    {
+        uniform token info:id = "UsdPrimvarReader_float3"
+        string inputs:varname = "tint"
+        float3 outputs:result
+    }
+}
+)";
+    std::string prims = tinted + "class Xform \"proto\"\n{\n" + square("m", "rel material:binding = </mat>\n") + "}\n";
+    for (const char* color : {"1, 0, 0", "0, 1, 0"})
+        prims += "def Xform \"i" + std::string(1, color[0]) +
+                 "\" (instanceable = true\nprepend references = </proto>)\n" + "{\ncolor3f[] primvars:tint = [(" +
+                 color + ")]\n}\n";
+    const auto scene = read(prims);
+    EXPECT_EQ(scene->meshes().size(), 1u);
+    EXPECT_EQ(materialOf(*scene, "/i1/m").baseColor, glm::vec3(1, 0, 0));
+    EXPECT_EQ(materialOf(*scene, "/i0/m").baseColor, glm::vec3(0, 1, 0));
+}
+
 /// In an instance it stands in the world; in a prototype of point instances, with what is around it.
 TEST_F(UsdStage, TransformStacksMayBeResetInsideInstances) {
     const auto sphere = [](std::string_view name) {

@@ -182,9 +182,9 @@ class Stage:
     def _likeness(self, prim, inherited):
         """Instances for which this is equal show the same."""
         material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)[0]
-        color = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance("displayColor")
+        primvars = UsdGeom.PrimvarsAPI(prim).FindInheritablePrimvars()
         return (prim.GetPrototype().GetPath(), inherited.purpose, str(material.GetPath()) if material else "",
-                str(color.Get(self.moment.time)) if color else "")
+                tuple(sorted((str(p.GetName()), str(p.ComputeFlattened(self.moment.time))) for p in primvars)))
 
     def _walk_point_instancer(self, prim, frame, inherited, above):
         if not inherited.drawn:
