@@ -176,6 +176,19 @@ TEST_F(UsdBadInput, PointInstancersWithBadArrays) {
     for (const char* name : {"/length", "/place[0]"}) EXPECT_TRUE(warned(name)) << name << "\n" << allWarnings();
 }
 
+TEST_F(UsdBadInput, MoreCopiesThanAnyoneCanPlace) {
+    std::string list = "0", points = "(0, 0, 0)", prims = "def Sphere \"ball\" {}\n";
+    for (int i = 1; i < 300; ++i) {
+        list += ", 0";
+        points += ", (" + std::to_string(i) + ", 0, 0)";
+    }
+    const char* const prototypes[] = {"/ball", "/a", "/b"};
+    for (int i = 0; i < 3; ++i)
+        prims += "def PointInstancer \"" + std::string(1, static_cast<char>('a' + i)) + "\"\n{\nrel prototypes = <" +
+                 prototypes[i] + ">\nint[] protoIndices = [" + list + "]\npoint3f[] positions = [" + points + "]\n}\n";
+    expectError(write("many.usda", "#usda 1.0\n" + prims), "27090301 copies of prims, most of them of /ball");
+}
+
 TEST_F(UsdBadInput, UnitsThatAreNone) {
     const auto scene = read(square("m"), "metersPerUnit = 0");
     EXPECT_TRUE(warned("metersPerUnit"));

@@ -45,6 +45,10 @@ class Frame:
         own, resets = moment.transform(prim, self.root)
         return own @ (self.origins(moment) if resets else self.matrices(moment))
 
+    def copies(self, moment):
+        """How many there are, without making their matrices."""
+        return 1
+
     def visible(self, moment):
         """(n,) of bool."""
         return np.ones(1, bool)
@@ -72,6 +76,9 @@ class InstanceFrame(Frame):
         return moment.once((self, "matrices"), lambda: np.stack(
             [self.parent.places(prim, moment) for prim, _, _ in self.members], axis=1).reshape(-1, 4, 4))
 
+    def copies(self, moment):
+        return self.parent.copies(moment) * len(self.members)
+
     def origins(self, moment):
         return np.repeat(self.parent.origins(moment), len(self.members), axis=0)
 
@@ -97,6 +104,9 @@ class PointInstanceFrame(Frame):
         numbers, matrices, visible = self.instances.sample(moment)
         chosen = np.flatnonzero(numbers == self.number)
         return chosen, matrices[chosen], visible[chosen]
+
+    def copies(self, moment):
+        return self.parent.copies(moment) * np.count_nonzero(self.instances.sample(moment)[0] == self.number)
 
     def matrices(self, moment):
         return moment.once((self, "matrices"), lambda: product(
@@ -187,6 +197,9 @@ class Placement:
         usable &= np.abs(np.linalg.det(linear)) > 1e-12 * np.prod(np.linalg.norm(linear, axis=2), axis=1)
         unusable = "" if usable.all() else self.names(moment)[np.argmin(usable)]
         return np.ascontiguousarray(matrices), visible & usable, unusable
+
+    def copies(self, moment):
+        return self._frame.copies(moment)
 
     def names(self, moment):
         suffix = self._frame.suffix(self._prim)

@@ -15,6 +15,7 @@ from .lights import Emission, LightReader
 from .materials import ColorReader, GlowReader, MaterialReader
 
 _SHOWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
+_MOST_COPIES = 1 << 24  # what Vulkan promises to place in a scene
 # Prototypes of point instancers may be classes or overs, which a traversal leaves out by default.
 _INSIDE_PROTOTYPE = Usd.PrimIsActive & Usd.PrimIsLoaded & Usd.PrimHasDefiningSpecifier
 
@@ -94,6 +95,14 @@ class Stage:
         self._varying_materials = self._varying(self.materials)
         self._varying_assets = self._varying(self.assets)
         self._varying_placements = self._varying(self.placements)
+        self._check_copies(self.placements)
+
+    def _check_copies(self, placements):
+        counts = [placement.copies(self.moment) for placement in placements]
+        if sum(counts) > _MOST_COPIES:
+            most = placements[int(np.argmax(counts))]
+            raise StageError(f"{sum(counts)} copies of prims, most of them of {most.path}, are more than {_MOST_COPIES}",
+                             "use fewer instances in its point instancers")
 
     @staticmethod
     def _varying(items):
@@ -134,6 +143,7 @@ class Stage:
     def update(self, time):
         """Moves to `time`: numbers and new values of the materials, assets and placements that may vary."""
         self.moment = Moment(Usd.TimeCode(time))
+        self._check_copies([self.placements[n] for n in self._varying_placements])
         return ([(n, self._read(self.materials[n])) for n in self._varying_materials],
                 [(n, self._read(self.assets[n])) for n in self._varying_assets],
                 [(n, self._sample(self.placements[n])) for n in self._varying_placements])
