@@ -2,6 +2,8 @@
 #ifndef TL_SCENE_EMISSION_GLSL
 #define TL_SCENE_EMISSION_GLSL
 
+#include "scene/bindings.glsl"
+
 #include "lib/light/emit.glsl"
 #include "lib/ray_offset.glsl"
 #include "scene/lights.glsl"
@@ -20,6 +22,15 @@ EmittedRay sampleEmission(Light light, inout Sampler rng) {
                                sample2D(rng));
     applyMaterialEmission(light, ray);
     return ray;
+}
+
+// Density of a ray of the light by position and direction, the choice of the light included, where it leaves `point` with
+// this normal; both are not used for lights at infinity.
+float emissionPdf(Light light, vec3 point, vec3 normal, vec3 direction) {
+    const float pdfPosition =
+        lightIsInfinite(light) ? emitDiskPdf(TL_SCENE.boundsRadius)
+                               : lightEmitPdfArea(light, TL_SCENE.distributions, normal, lightUv(light, point, -direction));
+    return light.selection * pdfPosition * lightEmitPdfDirection(light, TL_SCENE.distributions, normal, direction);
 }
 
 // Where a ray of the light starts so that the light's own surface doesn't stop it.

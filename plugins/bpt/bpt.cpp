@@ -1,0 +1,48 @@
+#include "bpt.h"
+
+#include "shared/bpt.h"
+
+namespace trilume {
+
+graph::Need BptNode::needed(const graph::SceneFacts& facts, const ParamSet& /*params*/) const {
+    return facts.lights == 0 ? graph::Need::no("no lights") : graph::Need::yes();
+}
+
+void BptNode::declare(graph::Builder& builder) {
+    for (const auto pathClass : {graph::PathClass::Direct, graph::PathClass::Caustic, graph::PathClass::Indirect})
+        builder.owns(pathClass);
+    points_ = builder.findPlane("visibility.points");
+    builder.read(points_);
+    direct_ = builder.createPlane("bpt.direct", sizeof(glm::vec3));
+    caustic_ = builder.createPlane("bpt.caustic", sizeof(glm::vec3));
+    indirect_ = builder.createPlane("bpt.indirect", sizeof(glm::vec3));
+    const auto perPixel = static_cast<size_t>(builder.params().getInt("bpt.maxLightVertices"));
+    vertices_ =
+        builder.createBuffer("bpt.vertices", sizeof(shared::BptVertex) * perPixel * builder.width() * builder.height());
+    vertexCounts_ = builder.createPlane("bpt.vertexCounts", sizeof(uint32_t));
+    splats_ = builder.createPlane("bpt.splats", shared::kBptSplatWords * sizeof(uint32_t));
+}
+
+void BptNode::execute(graph::FrameContext& context) {
+    const auto& resources = context.resources;
+    shared::BptPush push{};
+    push.frame = context.frame;
+    push.points = resources.address(points_);
+    push.direct = resources.address(direct_);
+    push.caustic = resources.address(caustic_);
+    push.indirect = resources.address(indirect_);
+    push.vertices = resources.address(vertices_);
+    push.vertexCounts = resources.address(vertexCounts_);
+    push.splats = resources.address(splats_);
+    push.maxVertices = static_cast<uint32_t>(context.params.getInt("bpt.maxLightVertices"));
+    push.maxDepth = static_cast<uint32_t>(context.params.getInt("bpt.maxDepth"));
+    push.rouletteDepth = static_cast<uint32_t>(context.params.getInt("bpt.rouletteDepth"));
+    const char* power = context.params.getChoice("bpt.heuristic") == "power" ? "1" : "0";
+    for (const char* pass : {"passes/bpt/clear.comp", "passes/bpt/light.comp", "passes/bpt/eye.comp"}) {
+        context.commands.dispatch(context.pipeline({pass, {{"TL_BPT_POWER", power}}, {}}), push, context.width,
+                                  context.height);
+        context.commands.barrier();
+    }
+}
+
+} // namespace trilume

@@ -1,0 +1,45 @@
+// Bidirectional path tracing: what the light pass leaves for the eye pass.
+#ifndef TL_SHARED_BPT_H
+#define TL_SHARED_BPT_H
+
+#include "shared/visibility.h"
+
+TL_BEGIN
+
+// A vertex of a light subpath that eye subpaths may connect to. The first four members are its hit.
+struct BptVertex {
+    uint instance;
+    uint primitive;
+    vec2 uv;
+    vec3 direction; // unit, to the vertex before
+    vec3 flux;      // W, over |cos| of `direction` to the geometric normal
+    float dVCM;     // of the weights: shaders/passes/bpt/mis.glsl
+    float dVC;
+};
+TL_DECLARE_REF(BptVertex)
+
+// Radiance that light subpaths bring to a pixel, path class by path class, channel by channel, in 32.32 fixed point (low
+// word first), whose sum does not depend on order.
+TL_CONST uint kBptSplatWords = 18;
+TL_CONST uint kBptDirect = 0;
+TL_CONST uint kBptCaustic = 1;
+TL_CONST uint kBptIndirect = 2;
+
+struct BptPush {
+    TL_REF(FrameConstants) frame;
+    TL_REF(VisiblePoint) points;
+    TL_REF(vec3) direct;
+    TL_REF(vec3) caustic;
+    TL_REF(vec3) indirect;
+    TL_REF(BptVertex) vertices; // maxVertices for each pixel
+    TL_REF(uint) vertexCounts;  // on each pixel's light subpath, also those that were not stored
+    TL_REF(uint) splats;        // kBptSplatWords for each pixel
+    uint maxVertices;
+    uint maxDepth;      // surfaces of each subpath
+    uint rouletteDepth; // of them, how many before Russian roulette
+    uint padding;
+};
+
+TL_END
+
+#endif
