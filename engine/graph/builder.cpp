@@ -73,6 +73,11 @@ History<Buffer> Recorder::historyBuffer(std::string_view name, size_t bytes) {
     return createHistory<Buffer>({.name = std::string(name), .kind = ResourceKind::Buffer, .bytes = bytes});
 }
 
+Buffer Recorder::persistentBuffer(std::string_view name, size_t bytes) {
+    return create<Buffer>(
+        {.name = std::string(name), .kind = ResourceKind::Buffer, .role = HistoryRole::Persistent, .bytes = bytes});
+}
+
 template<class H>
 H Recorder::create(ResourceInfo info) {
     const auto index = static_cast<uint32_t>(resources_.size());

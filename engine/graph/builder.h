@@ -46,6 +46,7 @@ public:
     Buffer createBuffer(std::string_view name, size_t bytes) override;
     History<Plane> historyPlane(std::string_view name, uint32_t bytesPerPixel) override;
     History<Buffer> historyBuffer(std::string_view name, size_t bytes) override;
+    Buffer persistentBuffer(std::string_view name, size_t bytes) override;
     Plane findPlane(std::string_view name) const override;
     Buffer findBuffer(std::string_view name) const override;
     void read(Plane plane) override { recordRead(plane); }

@@ -56,7 +56,12 @@ struct Pass {
 };
 
 enum class ResourceKind { Plane, Buffer };
-enum class HistoryRole { None, Current, Previous };
+enum class HistoryRole {
+    None,
+    Current,
+    Previous,
+    Persistent, ///< a single copy, updated in place
+};
 
 /// One resource. Handle::resource is its index. A history pair takes two, `previous` right behind `current`.
 struct ResourceInfo {
@@ -69,7 +74,7 @@ struct ResourceInfo {
     bool output = false;        ///< lives past the last pass
     uint32_t firstUse = 0;      ///< pass indices, inclusive; an output's lastUse is passes.size()
     uint32_t lastUse = 0;
-    size_t offset = 0; ///< in the arena; history pairs have memory of their own
+    size_t offset = 0; ///< in the arena; history has memory of its own
 };
 
 /// Plain data: what the executor records, the tests compare and the dumps show.

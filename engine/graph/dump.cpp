@@ -37,6 +37,8 @@ const char* roleName(HistoryRole role) {
         return "none";
     case HistoryRole::Current:
         return "current";
+    case HistoryRole::Persistent:
+        return "persistent";
     case HistoryRole::Previous:
         return "previous";
     }

@@ -56,6 +56,11 @@ std::string_view pairName(const ResourceInfo& resource) {
     return name;
 }
 
+/// Whether memory of its own goes by the resource's name.
+bool isKept(const ResourceInfo& resource) {
+    return resource.used && (resource.role == HistoryRole::Current || resource.role == HistoryRole::Persistent);
+}
+
 } // namespace
 
 void GraphExecutor::setGraph(CompiledGraph graph) {
@@ -67,14 +72,16 @@ void GraphExecutor::setGraph(CompiledGraph graph) {
 
     std::map<std::string, Halves, std::less<>> created;
     for (const ResourceInfo& resource : graph.resources) {
-        if (resource.role != HistoryRole::Current || !resource.used) continue;
+        if (!isKept(resource)) continue;
         const auto known = historyMemory_.find(resource.name);
         if (known != historyMemory_.end() && known->second[0].size() >= resource.bytes &&
             known->second[0].size() <= std::max<size_t>(resource.bytes, 16))
             continue;
         Halves& halves = created[resource.name];
-        for (gpu::Buffer& half : halves)
+        for (gpu::Buffer& half : halves) {
             half = device_.createBuffer(resource.bytes, gpu::Memory::Device, resource.name);
+            if (resource.role == HistoryRole::Persistent) break;
+        }
     }
 
     // Nothing below throws for want of memory on the device.
@@ -82,7 +89,7 @@ void GraphExecutor::setGraph(CompiledGraph graph) {
     graph_ = std::move(graph);
     std::map<std::string, Halves, std::less<>> kept;
     for (const ResourceInfo& resource : graph_.resources) {
-        if (resource.role != HistoryRole::Current || !resource.used) continue;
+        if (!isKept(resource)) continue;
         const auto fresh = created.find(resource.name);
         kept.emplace(resource.name,
                      std::move(fresh != created.end() ? fresh->second : historyMemory_.find(resource.name)->second));
@@ -97,7 +104,8 @@ void GraphExecutor::record(gpu::Commands& commands, const FrameInput& input) {
     for (size_t i = 0; i < graph_.resources.size(); ++i) {
         const ResourceInfo& resource = graph_.resources[i];
         if (!resource.used) continue;
-        const bool valid = resource.role == HistoryRole::Previous && history_.valid(pairName(resource));
+        const bool past = resource.role == HistoryRole::Previous || resource.role == HistoryRole::Persistent;
+        const bool valid = past && history_.valid(pairName(resource));
         resources.set(i, region(resource).address(), valid);
     }
     FrameContext context{.commands = commands,
@@ -145,7 +153,8 @@ GraphExecutor::Region GraphExecutor::region(std::string_view name) const {
 GraphExecutor::Region GraphExecutor::region(const ResourceInfo& resource) const {
     if (resource.role == HistoryRole::None) return {&arena_, resource.offset, resource.bytes};
     const std::string_view pair = pairName(resource);
-    const uint32_t half = history_.currentHalf(pair) ^ (resource.role == HistoryRole::Previous ? 1u : 0u);
+    uint32_t half = history_.currentHalf(pair) ^ (resource.role == HistoryRole::Previous ? 1u : 0u);
+    if (resource.role == HistoryRole::Persistent) half = 0;
     return {&historyMemory_.find(pair)->second[half], 0, resource.bytes};
 }
 

@@ -3,6 +3,8 @@
 #include "gpu/device.h"
 #include "params/params.h"
 
+#include <glm/glm.hpp>
+
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -54,7 +56,9 @@ struct SceneFacts {
     bool transparent = false;   ///< some material transmits or is cut out
     bool textured = false;
     bool cameraMoved = false;
-    bool sceneChanged = false; ///< anything at all since last frame
+    bool sceneChanged = false;     ///< anything at all since last frame
+    uint64_t lightingRevision = 0; ///< grows with each change of lights, things or materials, not with the camera
+    glm::vec3 boundsMin{0}, boundsMax{0}; ///< of everything finite, render space, metres; equal where there is nothing
 };
 
 /// A node's answer to "are you needed here?"; the reason shows in the stats and the editor.
@@ -75,6 +79,9 @@ public:
     [[nodiscard]] virtual Buffer createBuffer(std::string_view name, size_t bytes) = 0;
     [[nodiscard]] virtual History<Plane> historyPlane(std::string_view name, uint32_t bytesPerPixel) = 0;
     [[nodiscard]] virtual History<Buffer> historyBuffer(std::string_view name, size_t bytes) = 0;
+    /// One copy that stays in place from frame to frame, for state of which each frame updates a part. Holds last
+    /// frame's data where Resources::historyValid(buffer); otherwise the node fills it.
+    [[nodiscard]] virtual Buffer persistentBuffer(std::string_view name, size_t bytes) = 0;
 
     /// The latest version of a resource that an earlier node made; a null handle when there is none, which a node may
     /// take as "do without": reading or writing it is an error.
@@ -106,10 +113,10 @@ public:
     /// 0 for a null handle, so that shaders can test for an optional input. Throws runError for what was not declared.
     virtual VkDeviceAddress address(Plane plane) const = 0;
     virtual VkDeviceAddress address(Buffer buffer) const = 0;
-    /// Whether `previous` of a history pair holds last frame's data: not on the first frame, after a resize (planes;
-    /// buffers when their size changed), a reset, or a frame in which the node did not run.
+    /// Whether `previous` of a history pair, or a persistent buffer, holds last frame's data: not on the first frame,
+    /// after a resize (planes; buffers when their size changed), a reset, or a frame in which the node did not run.
     virtual bool historyValid(Plane previous) const = 0;
-    virtual bool historyValid(Buffer previous) const = 0;
+    virtual bool historyValid(Buffer previousOrPersistent) const = 0;
 };
 
 /// What a node needs to execute beside its resources.

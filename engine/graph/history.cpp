@@ -5,7 +5,8 @@ namespace trilume::graph {
 void HistoryTracker::adopt(const CompiledGraph& graph) {
     std::map<std::string, Pair, std::less<>> next;
     for (const ResourceInfo& resource : graph.resources) {
-        if (resource.role != HistoryRole::Current || !resource.used) continue;
+        const bool kept = resource.role == HistoryRole::Current || resource.role == HistoryRole::Persistent;
+        if (!kept || !resource.used) continue;
         const bool plane = resource.kind == ResourceKind::Plane;
         Pair pair{.kind = resource.kind,
                   .bytes = resource.bytes,

@@ -626,6 +626,28 @@ TEST(History, AResizeInvalidatesPlanesEvenWithEqualBytesButNotBuffers) {
     EXPECT_TRUE(history.valid("a.buffer"));
 }
 
+TEST(History, APersistentBufferIsValidAfterItsFirstFrameAndTakesMemoryOnce) {
+    const CompiledGraph graph = FakeGraph()
+                                    .node("a",
+                                          [](Builder& b) {
+                                              (void)b.persistentBuffer("a.state", 64);
+                                              b.sideEffect();
+                                          })
+                                    .compile();
+    EXPECT_EQ(graph.historyBytes, 64u);
+    HistoryTracker history;
+    history.adopt(graph);
+    for (const bool valid : {false, true, true}) {
+        history.beginFrame();
+        EXPECT_EQ(history.valid("a.state"), valid);
+        history.endFrame();
+    }
+    history.adopt(FakeGraph().compile());
+    history.adopt(graph);
+    history.beginFrame();
+    EXPECT_FALSE(history.valid("a.state")) << "its node did not run in between";
+}
+
 TEST(History, AChangedSizeInvalidates) {
     HistoryTracker history;
     history.adopt(withHistory());
