@@ -68,6 +68,7 @@ void GpuScene::update() {
     if (!facts_.sceneChanged && still) return;
     ++revision_;
     if (!facts_.sceneChanged) return;
+    if (materialsChanged || meshesChanged) ++facts_.lightingRevision;
     updateInstances();
     seen_ = scene_.world.now(); // an update that failed is tried again
 }
@@ -291,12 +292,14 @@ void GpuScene::updateInstances() {
     facts_.lights = static_cast<uint32_t>(lights.lights.size());
     updateFacts(draft);
     casters_.assign(device_, findCasters(draft));
-    if (lights_.assign(device_, std::move(lights.lights))) facts_.changedLights = facts_.lights;
+    const bool lightsChanged = lights_.assign(device_, std::move(lights.lights));
+    if (lightsChanged) facts_.changedLights = facts_.lights;
     alias_.assign(device_, std::move(lights.alias));
     lightOfTriangle_.assign(device_, std::move(lights.lightOfTriangle));
     distributions_.assign(device_, usedDistributions_);
-    instances_.assign(device_, std::move(draft.instances));
-    materialIndices_.assign(device_, std::move(draft.materialIndices));
+    const bool instancesChanged = instances_.assign(device_, std::move(draft.instances));
+    const bool bindingsChanged = materialIndices_.assign(device_, std::move(draft.materialIndices));
+    if (lightsChanged || instancesChanged || bindingsChanged) ++facts_.lightingRevision;
 
     table_.topNodes = accel_.topNodes();
     table_.topInstances = accel_.topInstances();
@@ -317,6 +320,11 @@ void GpuScene::updateInstances() {
     table_.boundsCenter = bounds.empty() ? glm::vec3(0) : glm::vec3(bounds.center() - origin_);
     table_.boundsRadius = static_cast<float>(bounds.radius());
     table_.lightPower = static_cast<float>(lights.power);
+    facts_.boundsMin = facts_.boundsMax = glm::vec3(0);
+    if (!bounds.empty()) {
+        facts_.boundsMin = glm::vec3(bounds.min - origin_);
+        facts_.boundsMax = glm::vec3(bounds.max - origin_);
+    }
 }
 
 void GpuScene::updateFacts(const Draft& draft) {

@@ -28,7 +28,8 @@ struct NodeStats {
 };
 
 struct ProbeStats {
-    uint32_t total = 0, active = 0, updated = 0;
+    uint32_t total = 0, active = 0; ///< of the last frame
+    uint32_t updated = 0;           ///< updates in all frames averaged
 };
 
 struct FrameStats {

@@ -237,6 +237,9 @@ void View::Impl::collect(FrameSlot& slot) {
     stats.rays += counters[shared::kCounterRays];
     stats.nonfinite += counters[shared::kCounterNonfinite];
     stats.photons += counters[shared::kCounterPhotons];
+    stats.probes.total = counters[shared::kCounterProbes];
+    stats.probes.active = counters[shared::kCounterProbesActive];
+    stats.probes.updated += counters[shared::kCounterProbesUpdated];
     const std::vector<double> times = executor.passTimes(device.timestamps(slot.submission));
     for (size_t i = 0; i < times.size() && i < stats.nodes.size(); ++i) stats.nodes[i].ms += times[i];
 }

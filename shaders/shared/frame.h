@@ -46,6 +46,9 @@ TL_CONST uint kFrameUncompensated = 2; // light.selection = uncompensated
 TL_CONST uint kCounterRays = 0;
 TL_CONST uint kCounterNonfinite = 1; // pixels whose sample was not finite
 TL_CONST uint kCounterPhotons = 8;
+TL_CONST uint kCounterProbes = 2;
+TL_CONST uint kCounterProbesActive = 3;  // those that lookups use
+TL_CONST uint kCounterProbesUpdated = 4; // counted once for each update
 TL_CONST uint kCounterCount = 16;
 
 TL_DECLARE_ALIGNED_REF(FrameConstants, 8)

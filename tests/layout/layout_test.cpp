@@ -8,6 +8,7 @@
 #include "shared/bpt.h"
 #include "shared/bvh.h"
 #include "shared/caustics.h"
+#include "shared/ddgi.h"
 #include "shared/frame.h"
 #include "shared/light.h"
 #include "shared/material.h"
@@ -80,6 +81,14 @@ const std::map<std::string, StructLayout> kHostLayouts = {
     TL_LAYOUT(CausticsPush, frame, points, caustic, splats, guide, previousGuide, state, previousState, photons, heads,
               cache, previousCache, cacheSums, uniformShare, gatherRadius, cacheShare, photonLimit, headMask, flags),
     TL_LAYOUT(VisiblePoint, instance, primitive, uv, direction, footprint, throughput, dimension, chain),
+    TL_LAYOUT(Probe, offset, flags, count, seen, backShare, updates, watch, moves, fast, last, variance),
+    TL_LAYOUT(ProbeVolume, probes, irradiance, distances, origin, spacing, steps, probeCount, counts, selected, awake,
+              period),
+    TL_LAYOUT(ProbeRay, radiance, distance, flags),
+    TL_LAYOUT(ProbeBeginPush, frame, volume, probes, irradiance, distances, origin, spacing, steps, counts, rays,
+              budget, restart),
+    TL_LAYOUT(ProbeUpdatePush, frame, volume, list, rays, causticCache, raysPerProbe, groups, flags, tolerance),
+    TL_LAYOUT(ProbeGatherPush, frame, points, volume, causticCache, indirect),
     TL_LAYOUT(VisibilityPush, frame, points, emission, albedo, normal, depth, motion, maxBounces, flags),
 };
 

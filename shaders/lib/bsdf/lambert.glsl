@@ -11,6 +11,8 @@ Bsdf bsdfPrepare(BsdfParams p, vec3 wo, bool frontSide, uint transport) { return
 bool bsdfHasSmooth(Bsdf b) { return !isBlack(b.albedo); }
 float bsdfDeltaProbability(Bsdf b) { return 0.0; }
 vec3 bsdfAlbedo(Bsdf b) { return b.albedo; }
+vec3 bsdfSmoothAlbedo(Bsdf b) { return b.albedo; }
+vec3 bsdfCosineAlbedo(Bsdf b) { return b.albedo; }
 
 vec3 bsdfEval(Bsdf b, vec3 wo, vec3 wi, out float pdfSolidAngle) {
     pdfSolidAngle = wo.z * wi.z > 0.0 ? pdfSolidAngleCosineHemisphere(abs(wi.z)) : 0.0;

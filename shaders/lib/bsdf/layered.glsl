@@ -10,6 +10,7 @@
 struct Bsdf {
     float upward;       // sign of wo.z
     vec3 albedo;
+    vec3 cosineAlbedo, deltaAlbedo; // parts of it: of the cosine lobe where it reflects, of the delta lobes
     vec3 diffuse;       // of the cosine lobe, before the factors of wi
     float pCosine, pInterface, pCoat; // sampling probabilities
     float alpha;        // 0: delta
@@ -126,7 +127,7 @@ Bsdf bsdfPrepare(BsdfParams p, vec3 wo, bool frontSide, uint transport) {
     b.diffuse = opaque * base;
     b.multiple = vec3(0.0);
     b.keepsMultiple = 0.0;
-    b.albedo = vec3(0.0);
+    b.albedo = b.cosineAlbedo = b.deltaAlbedo = vec3(0.0);
     float below = 1.0, meanBelow = 1.0; // what is left for the diffuse base: seen from wo, and its mean
     if (b.f90.x > 0.0 || b.keeps.y > 0.0) {
         const vec2 energy = ggxEnergy(cosO, b.roughness);
@@ -142,7 +143,9 @@ Bsdf bsdfPrepare(BsdfParams p, vec3 wo, bool frontSide, uint transport) {
         meanBelow = 1.0 - schlickEnergy(b.keeps, mean) - b.keepsMultiple * mean.x;
         const vec3 single = b.f0 * (1.0 - energy.x - energy.y) + b.f90 * energy.y;
         interfaceWeight = luminance(single);
-        b.albedo = single + b.multiple * mean.x;
+        b.cosineAlbedo = b.multiple * mean.x;
+        b.albedo = single + b.cosineAlbedo;
+        if (b.alpha == 0.0) b.deltaAlbedo = single;
         cosineWeight = luminance(b.multiple) * mean.x;
     }
 
@@ -162,8 +165,11 @@ Bsdf bsdfPrepare(BsdfParams p, vec3 wo, bool frontSide, uint transport) {
         const float loss = b.straight ? 0.0 : prepareDielectricMultiple(b, cosO);
         interfaceWeight += b.dielectric * (1.0 - loss) * mix(1.0, b.tint, 1.0 - fresnelDielectric(cosO, b.eta));
         cosineWeight += b.dielectric * loss;
+        b.cosineAlbedo += b.dielectric * loss * (1.0 - b.throughShare);
         b.throughShare *= b.dielectric * loss; // the rest of the cosine lobe reflects
-        b.albedo += b.dielectric * saturate(p.transmissionColor);
+        const vec3 through = b.dielectric * saturate(p.transmissionColor);
+        b.albedo += through;
+        if (b.alpha == 0.0 || b.straight) b.deltaAlbedo += through;
     }
 #endif
 
@@ -190,11 +196,15 @@ Bsdf bsdfPrepare(BsdfParams p, vec3 wo, bool frontSide, uint transport) {
         below = below * b.belowCoat + dot(b.coatTakes, ggxCoated(cosO, b.roughness));
         interfaceWeight *= b.belowCoat;
         b.albedo = b.belowCoat * b.albedo + coatWeight;
+        b.cosineAlbedo *= b.belowCoat;
+        b.deltaAlbedo *= b.belowCoat;
+        if (b.coatAlpha == 0.0) b.deltaAlbedo += coatWeight;
     }
 #endif
 
     b.diffuse *= below;
     b.albedo += b.diffuse;
+    b.cosineAlbedo += b.diffuse;
     cosineWeight += luminance(b.diffuse);
     b.diffuse /= max(meanBelow, 1e-6);
     const float sum = cosineWeight + interfaceWeight + coatWeight;
@@ -230,6 +240,24 @@ bool bsdfHasSmooth(Bsdf b) {
 
 // Approximate directional albedo, for demodulation.
 vec3 bsdfAlbedo(Bsdf b) { return b.albedo; }
+// The same without delta lobes, and of the cosine lobe's reflection alone: what they send towards wo of light that comes from
+// everywhere alike.
+vec3 bsdfSmoothAlbedo(Bsdf b) { return max(b.albedo - b.deltaAlbedo, vec3(0.0)); }
+vec3 bsdfCosineAlbedo(Bsdf b) { return b.cosineAlbedo; }
+
+// All lobes but the cosine one.
+Bsdf bsdfWithoutCosine(Bsdf b) {
+    const float sum = b.pInterface + b.pCoat;
+    b.diffuse = b.multiple = vec3(0.0);
+    b.pCosine = 0.0;
+    b.pInterface = sum > 0.0 ? b.pInterface / sum : 0.0;
+    b.pCoat = sum > 0.0 ? 1.0 - b.pInterface : 0.0;
+#if TL_BSDF_TRANSMISSION
+    b.multipleBack = b.throughShare = 0.0;
+    b.multipleThrough = vec3(0.0);
+#endif
+    return b;
+}
 
 #include "lib/bsdf/layered_eval.glsl"
 #include "lib/bsdf/layered_sample.glsl"

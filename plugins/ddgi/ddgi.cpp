@@ -1,0 +1,157 @@
+#include "ddgi.h"
+
+#include "shared/ddgi.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trilume {
+
+namespace {
+
+constexpr uint32_t kGroupSize = 64;
+constexpr uint32_t kBounceRays = 16;
+constexpr uint32_t kPlacingRounds = 4; // a probe in a corner leaves it through three walls
+
+/// Distance of the outermost planes inside the bounds from the bounds, in steps: walls there have probes at hand.
+constexpr float kInset = 0.06f;
+
+/// At least two planes inside, and one outside each side.
+ProbeGrid gridOfSpacing(glm::vec3 boundsMin, glm::vec3 boundsMax, float spacing) {
+    ProbeGrid grid{.boundsMin = boundsMin, .boundsMax = boundsMax};
+    const glm::vec3 size = boundsMax - boundsMin;
+    const glm::vec3 intervals = glm::max(glm::ceil(size / spacing - 2 * kInset), glm::vec3(1));
+    grid.steps = glm::max(size / (intervals + 2 * kInset), glm::vec3(0.5f * spacing));
+    grid.counts = glm::uvec3(intervals) + 3u;
+    grid.origin = 0.5f * (boundsMin + boundsMax) - 0.5f * grid.steps * (intervals + 2.0f);
+    return grid;
+}
+
+} // namespace
+
+bool ProbeGrid::serves(glm::vec3 min, glm::vec3 max) const {
+    const glm::vec3 size = max - min, covered = boundsMax - boundsMin;
+    return glm::all(glm::greaterThanEqual(min, boundsMin)) && glm::all(glm::lessThanEqual(max, boundsMax)) &&
+           glm::all(glm::greaterThanEqual(size, 0.5f * covered));
+}
+
+ProbeGrid fitProbeGrid(glm::vec3 boundsMin, glm::vec3 boundsMax, uint32_t limit) {
+    const glm::vec3 size = boundsMax - boundsMin;
+    const float longest = std::max({size.x, size.y, size.z});
+    ProbeGrid grid = gridOfSpacing(boundsMin, boundsMax, longest > 0 ? longest : 1);
+    for (float spacing = longest; spacing > 0; spacing *= 0.97f) {
+        const ProbeGrid finer = gridOfSpacing(boundsMin, boundsMax, spacing);
+        const glm::dvec3 counts(finer.counts);
+        if (counts.x * counts.y * counts.z > limit) break;
+        grid = finer;
+    }
+    return grid;
+}
+
+graph::Need DdgiNode::needed(const graph::SceneFacts& facts, const ParamSet& /*params*/) const {
+    if (facts.lights == 0) return graph::Need::no("no lights");
+    if (!facts.diffuseAlbedo) return graph::Need::no("nothing reflects diffusely");
+    return graph::Need::yes();
+}
+
+void DdgiNode::declare(graph::Builder& builder) {
+    limit_ = static_cast<uint32_t>(builder.params().getInt("ddgi.probes"));
+    raysPerProbe_ = static_cast<uint32_t>(builder.params().getInt("ddgi.rays"));
+    const size_t probes = limit_;
+
+    builder.owns(graph::PathClass::Indirect);
+    points_ = builder.findPlane("visibility.points");
+    builder.read(points_);
+    causticCache_ = builder.findBuffer("caustics.cache");
+    if (causticCache_) builder.read(causticCache_);
+    volume_ = builder.persistentBuffer("ddgi.volume", sizeof(shared::ProbeVolume));
+    probes_ = builder.persistentBuffer("ddgi.probes", probes * sizeof(shared::Probe));
+    irradiance_ =
+        builder.persistentBuffer("ddgi.irradiance", probes * shared::kProbeIrradianceNodes * sizeof(glm::vec3));
+    distances_ = builder.persistentBuffer("ddgi.distances", probes * shared::kProbeDistanceNodes * sizeof(glm::vec2));
+    list_ = builder.createBuffer("ddgi.list", probes * sizeof(uint32_t));
+    rays_ = builder.createBuffer("ddgi.rays", probes * raysPerProbe_ * sizeof(shared::ProbeRay));
+    indirect_ = builder.createPlane("ddgi.indirect", sizeof(glm::vec3));
+}
+
+void DdgiNode::execute(graph::FrameContext& context) {
+    const graph::SceneFacts& facts = context.facts;
+    const bool restart = !context.resources.historyValid(probes_) || !grid_.serves(facts.boundsMin, facts.boundsMax);
+    const bool changed = lightingRevision_ != facts.lightingRevision;
+    lightingRevision_ = facts.lightingRevision;
+    if (restart) grid_ = fitProbeGrid(facts.boundsMin, facts.boundsMax, limit_);
+    if (restart) {
+        // Probes find their places, then many bounces by few rays, then means begin.
+        updateProbes(context, shared::kProbeUpdateRestart);
+        for (uint32_t i = 0; i < kPlacingRounds; ++i) updateProbes(context, shared::kProbeUpdateMoved);
+        for (int64_t bounce = context.params.getInt("ddgi.bounces"); bounce > 0; --bounce)
+            updateProbes(context, shared::kProbeUpdateBounce);
+        updateProbes(context, shared::kProbeUpdateAll);
+    } else {
+        updateProbes(context, changed ? shared::kProbeUpdateChanged : 0);
+    }
+    gather(context);
+}
+
+void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
+    const auto& resources = context.resources;
+    gpu::Commands& commands = context.commands;
+    const auto budget = static_cast<uint32_t>(context.params.getInt("ddgi.budget"));
+    const bool bounce = (flags & shared::kProbeUpdateBounce) != 0;
+    const bool turns = (flags & ~shared::kProbeUpdateChanged) == 0;
+
+    shared::ProbeBeginPush begin{};
+    begin.frame = context.frame;
+    begin.volume = resources.address(volume_);
+    begin.probes = resources.address(probes_);
+    begin.irradiance = resources.address(irradiance_);
+    begin.distances = resources.address(distances_);
+    begin.origin = grid_.origin;
+    begin.spacing = grid_.spacing();
+    begin.steps = grid_.steps;
+    begin.counts = grid_.counts;
+    begin.rays = raysPerProbe_;
+    begin.budget = turns ? budget : 0;
+    begin.restart = (flags & shared::kProbeUpdateRestart) != 0 ? 1 : 0;
+    commands.dispatch(context.pipeline({"passes/ddgi/begin.comp", {}, {}}), begin, 1);
+    commands.barrier();
+
+    shared::ProbeUpdatePush update{};
+    update.frame = context.frame;
+    update.volume = begin.volume;
+    update.list = resources.address(list_);
+    update.rays = resources.address(rays_);
+    update.causticCache = resources.address(causticCache_);
+    update.raysPerProbe = bounce ? std::min(kBounceRays, raysPerProbe_) : raysPerProbe_;
+    update.flags = flags;
+    update.tolerance = static_cast<float>(context.params.getFloat("ddgi.tolerance"));
+    // Groups find the number of probes on the device; those beyond it end at once, and should there be more, they loop.
+    const uint32_t probes = grid_.probes();
+    const uint32_t expected = turns ? std::min(probes, 2 * budget / raysPerProbe_ + probes / 16 + 1) : probes;
+    commands.dispatch(context.pipeline({"passes/ddgi/select.comp", {}, {}}), update, probes);
+    commands.barrier();
+    update.groups = (expected * update.raysPerProbe + kGroupSize - 1) / kGroupSize;
+    commands.dispatch(
+        context.pipeline({"passes/ddgi/trace.comp", {{"TL_CAUSTIC_CACHE", causticCache_ ? "1" : "0"}}, {}}), update,
+        update.groups * kGroupSize);
+    commands.barrier();
+    update.groups = expected;
+    commands.dispatch(context.pipeline({"passes/ddgi/blend.comp", {}, {}}), update, update.groups * kGroupSize);
+    commands.barrier();
+}
+
+void DdgiNode::gather(graph::FrameContext& context) {
+    shared::ProbeGatherPush push{};
+    push.frame = context.frame;
+    push.points = context.resources.address(points_);
+    push.volume = context.resources.address(volume_);
+    push.causticCache = context.resources.address(causticCache_);
+    push.indirect = context.resources.address(indirect_);
+    const char* final = context.params.getChoice("ddgi.gather") == "final" ? "1" : "0";
+    context.commands.dispatch(
+        context.pipeline(
+            {"passes/ddgi/gather.comp", {{"TL_FINAL", final}, {"TL_CAUSTIC_CACHE", causticCache_ ? "1" : "0"}}, {}}),
+        push, context.width, context.height);
+}
+
+} // namespace trilume

@@ -1,0 +1,50 @@
+#include "ddgi.h"
+#include "plugin/plugin_cpp.h"
+
+static void registerPlugin(trilume::Registry& registry) {
+    using trilume::ParamCost;
+    registry.addParam({.name = "ddgi.gather",
+                       .defaultValue = std::string("probe"),
+                       .choices = {"probe", "final"},
+                       .doc = "Where probes are looked up: at the visible point (fast, blurs detail smaller than the "
+                              "spacing of probes), or where one ray from it arrives (less bias, more noise).",
+                       .cost = ParamCost::Specialization,
+                       .resetsHistory = true});
+    registry.addParam(
+        {.name = "ddgi.probes",
+         .defaultValue = int64_t{4096},
+         .minimum = 125,
+         .maximum = 262144,
+         .unit = "probes",
+         .doc = "Probes at most; the spacing follows from it and from the scene's bounds. Fewer blur more.",
+         .cost = ParamCost::Structural,
+         .resetsHistory = true});
+    registry.addParam({.name = "ddgi.rays",
+                       .defaultValue = int64_t{64},
+                       .minimum = 16,
+                       .maximum = 256,
+                       .unit = "rays",
+                       .doc = "Rays in one update of a probe.",
+                       .cost = ParamCost::Structural});
+    registry.addParam({.name = "ddgi.budget",
+                       .defaultValue = int64_t{65536},
+                       .minimum = 1024,
+                       .maximum = 16777216,
+                       .unit = "rays",
+                       .doc = "Probe rays a frame, shared by the probes that are awake: fewer settle more slowly."});
+    registry.addParam({.name = "ddgi.bounces",
+                       .defaultValue = int64_t{16},
+                       .minimum = 0,
+                       .maximum = 1024,
+                       .doc = "Bounces that the first frame brings at once, with few rays each; later ones come with "
+                              "later frames."});
+    registry.addParam({.name = "ddgi.tolerance",
+                       .defaultValue = 0.04,
+                       .minimum = 0,
+                       .maximum = 1,
+                       .doc = "Standard error, relative, of its irradiance at which a probe goes to sleep; 0: never. "
+                              "Sleepers go on improving, 32 times more slowly."});
+    registry.addNode({"ddgi", "ddgi", [] { return std::make_unique<trilume::DdgiNode>(); }});
+}
+
+TL_PLUGIN("ddgi", registerPlugin)

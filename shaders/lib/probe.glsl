@@ -1,0 +1,71 @@
+// Irradiance probes: directions, maps and weights. No bindings.
+#ifndef TL_LIB_PROBE_GLSL
+#define TL_LIB_PROBE_GLSL
+
+#include "lib/math.glsl"
+#include "lib/octahedral.glsl"
+#include "lib/sampling.glsl"
+#include "shared/ddgi.h"
+
+const float kProbeNormalBias = 0.15; // of the lookup's position, in spacings
+const float kProbeViewBias = 0.05;
+const float kProbeReach = 0.45;     // of relocation, in steps of the grid
+// Distances beyond 1.5 cell diagonals tell no lookup more: none is farther from its probe.
+const float kProbeFar = 2.6; // spacings
+const float kProbeVarianceFloor = 4e-4; // of distances, spacings^2
+
+// Node (x, y) of an octahedral map of `side` x `side` nodes, the first and last on its border.
+vec3 probeNodeDirection(uint node, uint side) {
+    const vec2 p = vec2(node % side, node / side) * (2.0 / float(side - 1u)) - 1.0;
+    return octahedralDecode(p);
+}
+
+// The square that `direction` falls into: its lower left node, and the place in it.
+uint probeSquare(vec3 direction, uint side, out vec2 f) {
+    const vec2 p = (octahedralEncode(direction) * 0.5 + 0.5) * float(side - 1u);
+    const vec2 base = clamp(floor(p), vec2(0.0), vec2(side - 2u));
+    f = clamp(p - base, vec2(0.0), vec2(1.0));
+    return uint(base.y) * side + uint(base.x);
+}
+
+// The node of axis +x -x +y -y +z -z in the irradiance map.
+uint probeAxisNode(uint axis) {
+    const uint last = kProbeIrradianceSide - 1u, middle = last / 2u;
+    const uvec2 nodes[6] = {uvec2(last, middle), uvec2(0, middle),      uvec2(middle, last),
+                            uvec2(middle, 0),    uvec2(middle, middle), uvec2(0, 0)};
+    return nodes[axis].y * kProbeIrradianceSide + nodes[axis].x;
+}
+
+// Point i of n of the spherical Fibonacci lattice.
+vec3 probeLatticeDirection(uint i, uint n) {
+    return directionFromCosPhi(1.0 - (2.0 * float(i) + 1.0) / float(n), kTwoPi * fract(float(i) * 0.61803398875));
+}
+
+// A uniformly random rotation: of z to a random direction, and about it.
+mat3 probeRotation(vec3 u) {
+    const mat3 basis = basisAround(sampleSphere(u.xy));
+    const float c = cos(kTwoPi * u.z), s = sin(kTwoPi * u.z);
+    return mat3(c * basis[0] + s * basis[1], c * basis[1] - s * basis[0], basis[2]);
+}
+
+// cosTheta^50 without a logarithm.
+float probeDistanceWeight(float cosTheta) {
+    const float x2 = sqr(max(cosTheta, 0.0)), x16 = sqr(sqr(sqr(x2)));
+    return sqr(x16) * x16 * x2;
+}
+
+// Share of a probe's view that reaches distance `d` where distances have these mean and mean square; one-sided Chebyshev
+// bound, cubed (Majercik et al. 2019, section 4).
+float probeVisibility(vec2 moments, float d) {
+    if (d <= moments.x) return 1.0;
+    const float variance = max(abs(moments.y - sqr(moments.x)), kProbeVarianceFloor);
+    const float bound = variance / (variance + sqr(d - moments.x));
+    return max(bound * bound * bound, 0.05);
+}
+
+uint probeIndex(uvec3 counts, uvec3 c) { return c.x + counts.x * (c.y + counts.y * c.z); }
+uvec3 probeCoordinates(uvec3 counts, uint index) {
+    return uvec3(index % counts.x, index / counts.x % counts.y, index / (counts.x * counts.y));
+}
+
+#endif

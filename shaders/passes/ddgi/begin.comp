@@ -1,0 +1,31 @@
+// One round of probe updates begins: the volume's description, and how many of its probes take part.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+#include "shared/ddgi.h"
+
+layout(push_constant, scalar) uniform Push { ProbeBeginPush push; };
+
+#include "scene/bindings.glsl"
+
+layout(local_size_x = 1) in;
+
+void main() {
+    if (TL_FRAME.width == 0u) return;
+    ProbeVolume volume;
+    volume.probes = push.probes;
+    volume.irradiance = push.irradiance;
+    volume.distances = push.distances;
+    volume.origin = push.origin;
+    volume.spacing = push.spacing;
+    volume.steps = push.steps;
+    volume.counts = push.counts;
+    volume.probeCount = push.counts.x * push.counts.y * push.counts.z;
+    volume.selected = 0u;
+    const uint awake = push.restart != 0u ? volume.probeCount : push.volume.v[0].awake;
+    volume.awake = 0u;
+    volume.period = push.budget == 0u ? 1u : max((awake * push.rays + push.budget - 1u) / push.budget, 1u);
+    push.volume.v[0] = volume;
+    TL_FRAME.counters.v[kCounterProbes] = volume.probeCount;
+    TL_FRAME.counters.v[kCounterProbesActive] = 0u;
+}

@@ -1,0 +1,45 @@
+// Rays of the selected probes: the light that the surfaces they meet scatter back. Direct light by one light sample, light of
+// more bounces from the probes as the last round left them. What surfaces emit is not taken: probes hold scattered light.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+#include "shared/ddgi.h"
+
+layout(push_constant, scalar) uniform Push { ProbeUpdatePush push; };
+
+#include "scene/probe_rays.glsl"
+#include "scene/rough.glsl"
+
+layout(local_size_x = 64) in;
+
+ProbeRay traceProbeRay(vec3 origin, vec3 direction, inout Sampler rng) {
+    const RoughHit hit = traceToRough(origin, direction, 0.0, rng);
+    ProbeRay ray = ProbeRay(vec3(0.0), hit.distance, hit.back ? kProbeRayBack : 0u);
+    if (!hit.found) return ray;
+    vec3 direct;
+    ray.radiance = scatteredLight(push.volume, push.causticCache, hit, rng, direct);
+    if (!hit.specular && maxComponent(direct) > 0.0) ray.flags |= kProbeRayLit;
+    return ray;
+}
+
+void main() {
+    if (TL_FRAME.width == 0u) return;
+    ProbeVolume volume = push.volume.v[0];
+    const uint total = volume.selected * push.raysPerProbe;
+    for (uint i = gl_GlobalInvocationID.x; i < total; i += push.groups * gl_WorkGroupSize.x) {
+        const uint index = push.list.v[i / push.raysPerProbe];
+        const uint ray = i % push.raysPerProbe;
+        const Probe probe = volume.probes.v[index];
+        const vec3 origin = probePosition(volume, probeCoordinates(volume.counts, index), probe);
+        const vec3 direction =
+            probeRayRotation(index, probe.updates) * probeLatticeDirection(ray, push.raysPerProbe);
+        Sampler rng = probeSampler(index, ray, probe.updates);
+        ProbeRay result = traceProbeRay(origin, direction, rng);
+        if (!isFinite(result.radiance)) {
+            result.radiance = vec3(0.0);
+            atomicAdd(TL_FRAME.counters.v[kCounterNonfinite], 1u);
+        }
+        push.rays.v[i] = result;
+    }
+    countRays(rayCount);
+}

@@ -1,0 +1,92 @@
+// From a ray to the first surface that is rough, through mirrors and glass, and the light that scatters there.
+#ifndef TL_SCENE_ROUGH_GLSL
+#define TL_SCENE_ROUGH_GLSL
+
+#include "scene/caustic_cache.glsl"
+#include "scene/probes.glsl"
+#include "scene/shading.glsl"
+
+const uint kMaxChain = 32u; // specular bounces; longer chains end black
+
+struct RoughHit {
+    bool found;
+    Shading shading;  // of the rough surface
+    uint instance;    // whose surface it is
+    vec3 throughput;  // of the chain before it; divided by the probability of having stopped there
+    float footprint;
+    float distance;   // to the first surface, rough or not, metres; kFloatMax: none
+    bool back;        // the first surface was met from behind
+    bool specular;    // the first surface is not the rough one
+};
+
+RoughHit traceToRough(vec3 origin, vec3 direction, float footprint, inout Sampler rng) {
+    RoughHit result;
+    result.found = result.back = result.specular = false;
+    result.throughput = vec3(1.0);
+    result.distance = kFloatMax;
+    result.footprint = footprint;
+    for (uint bounce = 0u; bounce <= kMaxChain; ++bounce) {
+        Hit hit;
+        if (!traceSurface(origin, direction, 0.0, kFloatMax, kMaskIndirect, rng, hit)) break;
+        result.footprint += hit.t * TL_FRAME.camera.pixelAngle;
+        const Surface s = loadSurface(hit);
+        if (bounce == 0u) {
+            result.distance = hit.t;
+            result.back = dot(direction, s.geometricNormal) > 0.0;
+        }
+        result.shading = prepareShading(s, -direction, result.footprint);
+        const float pSpecular = bsdfDeltaProbability(result.shading.bsdf);
+        bool specular = pSpecular > 0.0;
+        vec3 u = vec3(0.0);
+        if (specular) {
+            u = sample3D(rng);
+            specular = u.z < pSpecular;
+        }
+        if (!specular) {
+            if (pSpecular < 1.0) result.throughput /= 1.0 - pSpecular;
+            result.found = pSpecular < 1.0;
+            result.instance = hit.instance;
+            break;
+        }
+        result.specular = true;
+        const BsdfSample chosen = bsdfSample(result.shading.bsdf, result.shading.woLocal, u);
+        if ((chosen.flags & kBsdfValid) == 0u) break;
+        result.throughput *= chosen.weight;
+        if (!(maxComponent(result.throughput) > 0.0)) break;
+        direction = result.shading.frame * chosen.wi;
+        if (!crossesRightly(result.shading, direction, (chosen.flags & kBsdfTransmission) != 0u)) break;
+        origin = offsetRayOrigin(s.position, sideTowards(s, direction), s.extent);
+    }
+    return result;
+}
+
+// Radiance that a rough surface scatters towards wo of the light that probes know. All its lobes that are not deltas answer
+// as if the light came from everywhere alike.
+vec3 scatteredProbeLight(ProbeVolumeRef volume, Shading shading, vec3 albedo) {
+    if (!(maxComponent(albedo) > 0.0)) return vec3(0.0);
+    const Surface s = shading.surface;
+    const bool back = dot(shading.wo, s.geometricNormal) < 0.0;
+    return albedo * kInvPi *
+           probeIrradiance(volume, s.position, sideTowards(s, shading.wo), shading.frame[2], shading.wo, back);
+}
+
+// The same of the light that comes through mirrors and glass, as photons have left it.
+vec3 scatteredCaustic(CausticPatchRef cache, RoughHit hit, vec3 albedo) {
+    const Surface s = hit.shading.surface;
+    return albedo * kInvPi *
+           cachedCausticIrradiance(cache, hit.instance, s.position, sideTowards(s, hit.shading.wo));
+}
+
+// All that the surface scatters back along the ray, direct light by one light sample. `direct` is its part in the sum, for
+// those who ask where light falls. TL_CAUSTIC_CACHE: whether there is a cache.
+vec3 scatteredLight(ProbeVolumeRef volume, CausticPatchRef cache, RoughHit hit, inout Sampler rng, out vec3 direct) {
+    direct = sampledDirectLight(hit.shading, false, rng);
+    const vec3 albedo = bsdfSmoothAlbedo(hit.shading.bsdf);
+    vec3 sum = direct + scatteredProbeLight(volume, hit.shading, albedo);
+#if TL_CAUSTIC_CACHE
+    sum += scatteredCaustic(cache, hit, albedo);
+#endif
+    return hit.throughput * sum;
+}
+
+#endif

@@ -1,0 +1,109 @@
+// Irradiance probes: what they hold, and the push constants of the passes that keep and read them.
+#ifndef TL_SHARED_DDGI_H
+#define TL_SHARED_DDGI_H
+
+#include "shared/caustics.h"
+
+TL_BEGIN
+
+// Nodes of an octahedral map a side, its border included: the six axes are nodes, and a lookup stays in one square.
+TL_CONST uint kProbeIrradianceSide = 9;
+TL_CONST uint kProbeDistanceSide = 16;
+TL_CONST uint kProbeIrradianceNodes = 81;
+TL_CONST uint kProbeDistanceNodes = 256;
+TL_CONST uint kProbeAxes = 6; // +x -x +y -y +z -z
+
+TL_CONST uint kProbeActive = 1;    // lookups use it
+TL_CONST uint kProbeConverged = 2; // sleeps unless watched
+TL_CONST uint kProbeLitBack = 4;   // it has seen a lit surface from behind: two-sided ones, not the inside of a thing
+TL_CONST uint kProbeNearby = 8;    // something lies within its voxel
+
+struct Probe {
+    vec3 offset;     // from its grid point, metres
+    uint flags;      // kProbe*
+    float count;     // of updates in the mean irradiance; falls when the light changes
+    float seen;      // of updates in the mean distances
+    float backShare; // mean share, of the surfaces met, of unlit ones met from behind
+    uint updates;    // since the volume began: indexes sample sequences
+    uint watch;      // updates for which it stays awake
+    uint moves;      // that it may still make
+    // Luminance of the irradiance along each axis, W/m^2: a fast mean, the last update's, and the variance of one
+    // update.
+    float fast[6];
+    float last[6];
+    float variance[6];
+};
+
+TL_DECLARE_REF(Probe)
+
+// A grid of probes. Distances of all kinds are told in its spacing, the largest of its steps.
+struct ProbeVolume {
+    TL_REF(Probe) probes;
+    TL_REF(vec3) irradiance; // kProbeIrradianceNodes for each probe, W/m^2
+    TL_REF(vec2) distances;  // kProbeDistanceNodes for each probe: mean and mean square, in spacings
+    vec3 origin;             // of probe (0, 0, 0), render space
+    float spacing;           // metres
+    vec3 steps;              // between probes along each axis, metres
+    uint probeCount;
+    uvec3 counts;
+    uint selected; // probes that this round updates
+    uint awake;    // probes that did not sleep in the last round
+    uint period;   // an awake probe is updated once in so many rounds
+};
+
+TL_DECLARE_ALIGNED_REF(ProbeVolume, 8)
+
+struct ProbeRay {
+    vec3 radiance;  // scattered towards the probe, W/(m^2 sr)
+    float distance; // metres to the first surface; kFloatMax: none
+    uint flags;     // kProbeRay*
+};
+TL_CONST uint kProbeRayBack = 1; // the surface was met from behind
+TL_CONST uint kProbeRayLit = 2;  // light reaches the surface directly
+
+TL_DECLARE_REF(ProbeRay)
+
+struct ProbeBeginPush {
+    TL_REF(FrameConstants) frame;
+    TL_REF(ProbeVolume) volume;
+    TL_REF(Probe) probes;
+    TL_REF(vec3) irradiance;
+    TL_REF(vec2) distances;
+    vec3 origin;
+    float spacing;
+    vec3 steps;
+    uvec3 counts;
+    uint rays;
+    uint budget;  // rays of awake probes for each round; 0: all probes
+    uint restart; // 1: nothing is known yet
+};
+
+struct ProbeUpdatePush {
+    TL_REF(FrameConstants) frame;
+    TL_REF(ProbeVolume) volume;
+    TL_REF(uint) list; // of the probes that this round updates
+    TL_REF(ProbeRay) rays;
+    TL_REF(CausticPatch) causticCache; // with TL_CAUSTIC_CACHE
+    uint raysPerProbe;
+    uint groups; // that trace and blend were dispatched with
+    uint flags;  // kProbeUpdate*
+    float tolerance;
+};
+// Which probes a round updates; with none of the first four, those awake take turns.
+TL_CONST uint kProbeUpdateAll = 1;
+TL_CONST uint kProbeUpdateMoved = 2;    // those that have just moved
+TL_CONST uint kProbeUpdateBounce = 4;   // active ones take in one more bounce: the round replaces their irradiance
+TL_CONST uint kProbeUpdateRestart = 8;  // all, of which nothing is known yet
+TL_CONST uint kProbeUpdateChanged = 16; // the scene is another than in the last frame
+
+struct ProbeGatherPush {
+    TL_REF(FrameConstants) frame;
+    TL_REF(VisiblePoint) points;
+    TL_REF(ProbeVolume) volume;
+    TL_REF(CausticPatch) causticCache; // with TL_CAUSTIC_CACHE
+    TL_REF(vec3) indirect;
+};
+
+TL_END
+
+#endif
