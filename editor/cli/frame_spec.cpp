@@ -51,20 +51,15 @@ struct Placeholder {
     size_t begin = std::string::npos, length = 0, digits = 0, decimals = 0;
 };
 
+/// The last one of the file's name; folders stand as they are written.
 Placeholder findPlaceholder(std::string_view pattern) {
-    Placeholder p;
-    p.begin = pattern.find('#');
-    if (p.begin == std::string::npos) return p;
-    const auto runFrom = [&](size_t from) {
-        return std::min(pattern.find_first_not_of('#', from), pattern.size()) - from;
-    };
-    p.digits = p.length = runFrom(p.begin);
-    const size_t point = p.begin + p.length;
-    if (point + 1 < pattern.size() && pattern[point] == '.' && pattern[point + 1] == '#') {
-        p.decimals = runFrom(point + 1);
-        p.length += 1 + p.decimals;
-    }
-    return p;
+    const size_t last = pattern.rfind('#'), slash = pattern.rfind('/');
+    if (last == std::string::npos || (slash != std::string::npos && last < slash)) return {};
+    const auto beginOfRun = [&](size_t end) { return pattern.find_last_not_of('#', end - 1) + 1; };
+    const size_t end = last + 1, run = beginOfRun(end);
+    if (run < 2 || pattern[run - 1] != '.' || pattern[run - 2] != '#') return {run, end - run, end - run, 0};
+    const size_t begin = beginOfRun(run - 1);
+    return {begin, end - begin, run - 1 - begin, end - run};
 }
 
 } // namespace
@@ -87,10 +82,14 @@ void OutputName::checkFor(const std::vector<double>& frames) const {
         throw inputError("several frames would overwrite each other", pattern_,
                          "put #### where the frame number belongs, as in out.####.exr");
     std::set<std::string> names;
-    for (const double frame : frames)
+    for (const double frame : frames) {
+        if (p.digits > 0 && p.decimals == 0 && frame != std::round(frame))
+            throw inputError("the name has no place for the decimals of frame " + frameText(frame), pattern_,
+                             "write ####.### for time codes between whole frames");
         if (!names.insert(at(frame)).second)
             throw inputError("two frames have the same name", at(frame),
                              "write ####.### for time codes between whole frames");
+    }
 }
 
 std::string OutputName::at(double frame) const {

@@ -11,8 +11,8 @@ namespace trilume::cli {
 /// bad.
 std::vector<double> parseFrameSpec(std::string_view spec);
 
-/// A path in which a run of `#` stands for the frame number, zero-padded to the run's length, and `##.##` for one with
-/// decimals, as in usdrecord.
+/// A path in which the last run of `#` in the file's name stands for the frame number, zero-padded to the run's length,
+/// and `##.##` for one with decimals, as in usdrecord.
 class OutputName {
 public:
     explicit OutputName(std::string pattern) : pattern_(std::move(pattern)) {}

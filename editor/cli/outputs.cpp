@@ -69,7 +69,7 @@ void Outputs::check(const Registry& registry) const {
         const fs::path path = file.name.pattern();
         if (!registry.canWriteImage(path))
             throw inputError("unknown image format", path.string(), "known are " + knownFormats(registry));
-        if (path.parent_path().string().find('#') == std::string::npos) checkWritable(path);
+        checkWritable(path);
     }
 }
 

@@ -51,7 +51,10 @@ TEST(FrameSpec, NamesWhatItCannotRead) {
 TEST(OutputName, PutsTheFrameNumberWhereTheRunIs) {
     EXPECT_EQ(OutputName("out.exr").at(3), "out.exr");
     EXPECT_EQ(OutputName("out.####.exr").at(3), "out.0003.exr");
-    EXPECT_EQ(OutputName("a#/b.exr").at(12345), "a12345/b.exr");
+    EXPECT_EQ(OutputName("a#.exr").at(12345), "a12345.exr");
+    EXPECT_EQ(OutputName("C#/out.####.exr").at(1), "C#/out.0001.exr") << "folders are no part of it";
+    EXPECT_EQ(OutputName("C#/out.exr").at(1), "C#/out.exr");
+    EXPECT_EQ(OutputName("#2.####.exr").at(1), "#2.0001.exr") << "the last run";
     EXPECT_EQ(OutputName("out.####.exr").at(-3), "out.-003.exr");
     EXPECT_EQ(OutputName("out.###.##.exr").at(7.25), "out.007.25.exr");
     EXPECT_EQ(OutputName("out.###.##.exr").at(-7.25), "out.-07.25.exr");
@@ -64,6 +67,8 @@ TEST(OutputName, FramesNeedNamesOfTheirOwn) {
     EXPECT_NE(errorOf([] { OutputName("out.exr").checkFor({1, 2}); }).find("put ####"), std::string::npos);
     EXPECT_NE(errorOf([] { OutputName("out.##.exr").checkFor({1, 1.25}); }).find("####.###"), std::string::npos);
     OutputName("out.##.##.exr").checkFor({1, 1.25});
+    EXPECT_NE(errorOf([] { OutputName("out.##.exr").checkFor({0.5}); }).find("####.###"), std::string::npos);
+    OutputName("out.exr").checkFor({0.5});
 }
 
 TEST(Progress, TellsShareFrameAndTime) {
