@@ -23,14 +23,15 @@ void checkDenoiser(const RenderArguments& a) {
         throw inputError("this denoiser is not in this build", "--denoise " + a.denoise, "use --denoise off");
 }
 
-/// The frames that were asked for; without a spec the stage's first, and none at all for a stage without time.
+/// The frames that were asked for; without a spec the stage's first, and 0 for a stage without a range.
 std::vector<double> framesOf(const RenderArguments& a, const Scene& scene) {
     if (!a.frames.empty()) return parseFrameSpec(a.frames);
     return {scene.startTime.value_or(0)};
 }
 
-void setTime(Scene& scene, double frame) {
-    scene.setTime(frame);
+/// Without a spec the scene stays at the time that its reader has chosen.
+void setTime(const RenderArguments& a, Scene& scene, const std::vector<double>& frames) {
+    if (!a.frames.empty() && !frames.empty()) scene.setTime(frames.front());
     if (Interruption::flag()) throw runError("interrupted", scene.path, "nothing was written");
 }
 
@@ -160,24 +161,24 @@ void runRender(const RenderArguments& a) {
     outputs.checkFor(frames);
     const size_t asked = frames.size();
     if (a.resume) std::erase_if(frames, [&](double frame) { return outputs.complete(frame, engine.registry()); });
-    if (frames.empty()) {
-        fmt::print("{}: complete already\n", outputs.picturePattern());
-        return;
-    }
-    setTime(*scene, frames.front());
-    lightDarkStage(a, *scene);
-    const double loadMs = loading.ms();
-
+    setTime(a, *scene, frames);
     const Size size = pictureSize(a, *scene);
-    View view(engine, *scene, size.width, size.height, a.camera);
-    configure(view, a, outputs, technique);
     RunStats stats{.device = engine.device().info(),
                    .tracer = engine.tracer(),
                    .technique = technique,
                    .stage = a.stage,
                    .width = size.width,
                    .height = size.height,
-                   .startup = {.deviceMs = engine.deviceMs(), .loadMs = loadMs, .pipelinesMs = view.prepare()}};
+                   .startup = {.deviceMs = engine.deviceMs(), .loadMs = loading.ms()}};
+    if (frames.empty()) {
+        writeStats(a.statsFile, stats);
+        fmt::print("{}: complete already\n", outputs.picturePattern());
+        return;
+    }
+    lightDarkStage(a, *scene);
+    View view(engine, *scene, size.width, size.height, a.camera);
+    configure(view, a, outputs, technique);
+    stats.startup.pipelinesMs = view.prepare();
     checkAovs(view, outputs);
     try {
         renderFrames(a, engine, *scene, view, outputs, frames, sinceStart, stats);

@@ -118,6 +118,20 @@ def test_default_frame_is_the_stage_s_start(render):
     assert (render("animated", *flags).image == render("animated", *flags, "-f", 1).image).all()
 
 
+def test_stage_without_a_range_is_shown_at_its_first_samples(command, tmp_path):
+    """The lamp shines at -10 only: at 0 it would be dark."""
+    lamp = """
+    def DomeLight "Dome"
+    {
+        float inputs:intensity.timeSamples = { -10: 1, -9: 0, 10: 0 }
+    }
+"""
+    stage = harness.write_stage(tmp_path / "stage.usda", harness.CAMERA, harness.matte(), harness.mesh(), lamp)
+    done = harness.run("render", "--imageWidth", 16, "-t", "raytrace", stage, tmp_path / "out.pfm")
+    assert done.status == 0, done.stderr
+    assert metrics.read_image(tmp_path / "out.pfm").mean() > 0.1
+
+
 # ---- resuming and interrupting -----------------------------------------------------------------
 
 def test_resume_makes_what_is_missing_or_cut_short(command, tmp_path):
@@ -133,6 +147,10 @@ def test_resume_makes_what_is_missing_or_cut_short(command, tmp_path):
     assert done.status == 0, done.stderr
     assert [f.read_bytes() for f in files] == contents
     assert [files[i].stat().st_mtime_ns for i in (0, 3)] == kept
+    done = harness.run(*arguments[:1], "--resume", "--stats", tmp_path / "stats.json", *arguments[1:])
+    assert done.status == 0, done.stderr
+    stats = json.loads((tmp_path / "stats.json").read_text())
+    assert stats["frames"] == [] and stats["width"] == WIDTH
 
 
 def wait_for(condition, process, seconds):
