@@ -13,13 +13,12 @@ struct BptVertex {
     vec2 uv;
     vec3 direction; // unit, to the vertex before
     vec3 flux;      // W, over |cos| of `direction` to the geometric normal
-    float dVCM;     // of the weights: shaders/passes/bpt/mis.glsl
+    float dVCM;     // of the weights: shaders/passes/bpt/common.glsl
     float dVC;
 };
 TL_DECLARE_REF(BptVertex)
 
-// Radiance that light subpaths bring to a pixel, path class by path class, channel by channel, in 32.32 fixed point (low
-// word first), whose sum does not depend on order.
+// Radiance that light subpaths bring to a pixel: a colour in fixed point (lib/fixed_point.glsl) for each path class.
 TL_CONST uint kBptSplatWords = 18;
 TL_CONST uint kBptDirect = 0;
 TL_CONST uint kBptCaustic = 1;

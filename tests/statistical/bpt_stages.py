@@ -27,8 +27,8 @@ def make_stage(path, camera=(0, 1, 4.5), look_down=8, lens=False):
 
 def material(stage, name, **inputs):
     """UsdPreviewSurface; colours as triples, texture files as strings (emissiveColor, opacity)."""
-    surface = UsdShade.Material.Define(stage, f"/World/{name}")
-    shader = UsdShade.Shader.Define(stage, f"/World/{name}/Surface")
+    surface = UsdShade.Material.Define(stage, f"/World/Materials/{name}")
+    shader = UsdShade.Shader.Define(stage, f"/World/Materials/{name}/Surface")
     shader.CreateIdAttr("UsdPreviewSurface")
     surface.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
     for key, value in {"ior": 1.0, "roughness": 1.0, "metallic": 0.0, **inputs}.items():
@@ -39,11 +39,11 @@ def material(stage, name, **inputs):
         if not isinstance(value, str) or key == "opacityMode":
             entry.Set(Gf.Vec3f(*value) if color else value)
             continue
-        reader = UsdShade.Shader.Define(stage, f"/World/{name}/{key}")
+        reader = UsdShade.Shader.Define(stage, f"/World/Materials/{name}/{key}")
         reader.CreateIdAttr("UsdUVTexture")
         reader.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(value)
         reader.CreateInput("sourceColorSpace", Sdf.ValueTypeNames.Token).Set("raw")
-        coordinates = UsdShade.Shader.Define(stage, f"/World/{name}/st")
+        coordinates = UsdShade.Shader.Define(stage, f"/World/Materials/{name}/st")
         coordinates.CreateIdAttr("UsdPrimvarReader_float2")
         coordinates.CreateInput("varname", Sdf.ValueTypeNames.String).Set("st")
         reader.CreateInput("st", Sdf.ValueTypeNames.Float2).ConnectToSource(coordinates.ConnectableAPI(), "result")
@@ -153,8 +153,11 @@ def objects(path, lens=True):
     return path
 
 
-def sky(path, picture):
-    """Lights at infinity over glass, a cut-out and a glowing picture. `picture`: where to write the texture."""
+def sky(path, picture, sun=4.0):
+    """Lights at infinity over glass, a cut-out and a glowing picture.
+
+    picture: where to write the texture; sun: degrees.
+    """
     texture = spots(picture)
     stage = make_stage(path)
     wall = material(stage, "Wall", diffuseColor=(0.7, 0.7, 0.7))
@@ -167,7 +170,7 @@ def sky(path, picture):
     quad(stage, "Sign", (1.0, 0.2, -0.8), (1.4, 0, 0.2), (0, 1.0, 0), glow)
     dome = light(stage, "DomeLight", "Sky", 0.7, turn=(0, 40, 0))
     dome.CreateTextureFileAttr(texture)
-    light(stage, "DistantLight", "Sun", 1.5, turn=(-50, 30, 0), angle=0)
+    light(stage, "DistantLight", "Sun", 1.5, turn=(-50, 30, 0), angle=sun, normalize=True)
     light(stage, "DistantLight", "Moon", 30, turn=(-60, -50, 0), angle=8)
     stage.Save()
     return path

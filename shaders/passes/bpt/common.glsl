@@ -20,6 +20,7 @@
 #ifndef TL_PASSES_BPT_COMMON_GLSL
 #define TL_PASSES_BPT_COMMON_GLSL
 
+#include "lib/fixed_point.glsl"
 #include "scene/emission.glsl"
 #include "scene/pass.glsl"
 #include "scene/shading.glsl"
@@ -66,8 +67,9 @@ bool specularReverses(Shading shading, vec3 wi, float footprint) {
     return abs(dot(n, shading.frame[2])) > 1.0 - 1e-5;
 }
 
-// Radiance that stands for 1 in the fixed-point splats. Of the order of what the lights could give at most if their power
-// were spread over the scene's extent; scales with emission and not with the size of the stage.
+// Radiance that stands for 1 in the fixed-point splats: of the order of what the lights' power would give if it were spread
+// over the scene's extent. Scales with emission, and not with the size of the stage.
 float splatUnit() { return safeDivide(TL_SCENE.lightPower, sqr(TL_SCENE.boundsRadius)); }
+uint splatWord(uint pixel, uint pathClass) { return kBptSplatWords * pixel + kFixedWords * pathClass; }
 
 #endif

@@ -192,12 +192,7 @@ Signals tracePath(uint pixel, VisiblePoint point, inout Sampler rng) {
 }
 
 vec3 splatted(uint pixel, uint pathClass) {
-    vec3 units;
-    for (uint c = 0u; c < 3u; ++c) {
-        const uint word = kBptSplatWords * pixel + 6u * pathClass + 2u * c;
-        units[c] = float(push.splats.v[word + 1u]) + float(push.splats.v[word]) * (1.0 / 4294967296.0);
-    }
-    return units * splatUnit();
+    return fixedColor(push.splats, splatWord(pixel, pathClass)) * splatUnit();
 }
 
 void main() {

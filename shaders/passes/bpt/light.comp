@@ -21,19 +21,8 @@ struct Particle {
 };
 
 void addSplat(uint pixel, uint pathClass, vec3 radiance) {
-    const vec3 units = radiance / splatUnit();
-    if (!(maxComponent(units) < 2147483648.0)) { // not finite, or brighter than fixed point holds
+    if (!fixedAtomicAdd(push.splats, splatWord(pixel, pathClass), radiance / splatUnit()))
         atomicAdd(TL_FRAME.counters.v[kCounterNonfinite], 1u);
-        return;
-    }
-    for (uint c = 0u; c < 3u; ++c) {
-        const uint word = kBptSplatWords * pixel + 6u * pathClass + 2u * c;
-        const float whole = floor(units[c]);
-        const uint low = uint((units[c] - whole) * 4294967296.0);
-        const uint before = atomicAdd(push.splats.v[word], low);
-        const uint high = uint(whole) + (before + low < before ? 1u : 0u);
-        if (high > 0u) atomicAdd(push.splats.v[word + 1u], high);
-    }
 }
 
 uint splatClass(Particle p) {
