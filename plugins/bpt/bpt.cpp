@@ -4,8 +4,11 @@
 
 namespace trilume {
 
-graph::Need BptNode::needed(const graph::SceneFacts& facts, const ParamSet& /*params*/) const {
-    return facts.lights == 0 ? graph::Need::no("no lights") : graph::Need::yes();
+graph::Need BptNode::needed(const graph::SceneFacts& facts, const ParamSet& params) const {
+    if (facts.lights == 0) return graph::Need::no("no lights");
+    if (params.getChoice("bpt.when") == "casters" && facts.specularCasters == 0)
+        return graph::Need::no("no specular casters: pathtrace is cheaper");
+    return graph::Need::yes();
 }
 
 void BptNode::declare(graph::Builder& builder) {

@@ -26,6 +26,13 @@ static void registerPlugin(trilume::Registry& registry) {
                        .minimum = 0,
                        .maximum = 65536,
                        .doc = "Surfaces before Russian roulette sets in; trades time for noise, without bias."});
+    registry.addParam({.name = "bpt.when",
+                       .defaultValue = std::string("always"),
+                       .choices = {"always", "casters"},
+                       .doc = "Whether to run in scenes without specular casters, which technique reference leaves to "
+                              "pathtrace.",
+                       .cost = ParamCost::Structural,
+                       .resetsHistory = true});
     registry.addNode({"bpt", "bpt", [] { return std::make_unique<trilume::BptNode>(); }});
 }
 

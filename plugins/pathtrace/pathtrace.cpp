@@ -4,8 +4,11 @@
 
 namespace trilume {
 
-graph::Need PathtraceNode::needed(const graph::SceneFacts& facts, const ParamSet& /*params*/) const {
-    return facts.lights == 0 ? graph::Need::no("no lights") : graph::Need::yes();
+graph::Need PathtraceNode::needed(const graph::SceneFacts& facts, const ParamSet& params) const {
+    if (facts.lights == 0) return graph::Need::no("no lights");
+    if (params.getChoice("pathtrace.when") == "noCasters" && facts.specularCasters > 0)
+        return graph::Need::no("specular casters: bpt finds their caustics");
+    return graph::Need::yes();
 }
 
 void PathtraceNode::declare(graph::Builder& builder) {

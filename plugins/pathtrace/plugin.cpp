@@ -20,6 +20,13 @@ static void registerPlugin(trilume::Registry& registry) {
                        .minimum = 0,
                        .maximum = 65536,
                        .doc = "Surfaces before Russian roulette sets in; trades time for noise, without bias."});
+    registry.addParam(
+        {.name = "pathtrace.when",
+         .defaultValue = std::string("always"),
+         .choices = {"always", "noCasters"},
+         .doc = "Whether to run in scenes with specular casters, which technique reference leaves to bpt.",
+         .cost = ParamCost::Structural,
+         .resetsHistory = true});
     registry.addNode({"pathtrace", "pathtrace", [] { return std::make_unique<trilume::PathtraceNode>(); }});
 }
 
