@@ -11,7 +11,7 @@ namespace trilume {
 namespace {
 
 constexpr size_t kFixedBytes = 6 * sizeof(uint32_t); // shaders/lib/fixed_point.glsl
-constexpr double kFewestPhotons = 4096;
+constexpr double kFewestPhotons = 1024;
 constexpr uint32_t kCachedFrames = 1024;
 
 /// Radius in frame n (from 0) of an average over that in frame 0: r_{n+1}^2 = r_n^2 (n + a) / (n + 1) with n counted
@@ -39,7 +39,10 @@ void CausticsNode::declare(graph::Builder& builder) {
 
     points_ = builder.findPlane("visibility.points");
     builder.read(points_);
+    previousPoints_ = builder.findPlane("visibility.points.previous");
+    builder.read(previousPoints_);
     caustic_ = builder.createPlane("caustics.caustic", sizeof(glm::vec3));
+    mean_ = builder.historyPlane("caustics.mean", sizeof(glm::vec4));
     splats_ = builder.createPlane("caustics.splats", kFixedBytes);
     photons_ = builder.createBuffer("caustics.photons", photonLimit_ * sizeof(shared::Photon));
     heads_ = builder.createBuffer("caustics.heads", cells_ * sizeof(uint32_t));
@@ -53,13 +56,16 @@ void CausticsNode::declare(graph::Builder& builder) {
 void CausticsNode::execute(graph::FrameContext& context) {
     const auto& resources = context.resources;
     const bool known = resources.historyValid(state_.previous);
-    // What moved in the first frame of a picture stays where it is for the rest of it.
-    const bool changed = !known || (context.facts.sceneChanged && context.sampleIndex == 0);
-    cachedFrames_ = changed ? 1 : std::min(cachedFrames_ + 1, kCachedFrames);
+    const bool unchanged = known && lighting_ == context.facts.lightingRevision;
+    lighting_ = context.facts.lightingRevision;
+    cachedFrames_ = unchanged ? std::min(cachedFrames_ + 1, kCachedFrames) : 1;
 
     shared::CausticsPush push{};
     push.frame = context.frame;
     push.points = resources.address(points_);
+    push.previousPoints = resources.address(previousPoints_);
+    push.mean = resources.address(mean_.current);
+    push.previousMean = resources.address(mean_.previous);
     push.caustic = resources.address(caustic_);
     push.splats = resources.address(splats_);
     push.guide = resources.address(guide_.current);
@@ -71,7 +77,12 @@ void CausticsNode::execute(graph::FrameContext& context) {
     push.previousGuide = resources.address(guide_.previous);
     push.previousState = resources.address(state_.previous);
     push.previousCache = resources.address(cache_.previous);
-    push.flags = (known ? shared::kCausticsHistory : 0) | (changed ? 0 : shared::kCausticsCarry);
+    if (known) push.flags |= shared::kCausticsHistory;
+    if (unchanged && resources.historyValid(mean_.previous)) push.flags |= shared::kCausticsUnchanged;
+    // Later frames of an average are seen from where the first was.
+    if (context.facts.cameraMoved && context.sampleIndex == 0) push.flags |= shared::kCausticsCameraMoved;
+    if (context.params.getChoice("caustics.direct") == "kernel") push.flags |= shared::kCausticsKernel;
+    push.historyFrames = static_cast<float>(context.params.getInt("caustics.historyFrames"));
     push.uniformShare = static_cast<float>(context.params.getFloat("caustics.uniformShare"));
     push.gatherRadius =
         static_cast<float>(context.params.getFloat("caustics.gatherRadius") * shrink(context.sampleIndex));

@@ -10,11 +10,23 @@ static void registerPlugin(trilume::Registry& registry) {
                        .cost = trilume::ParamCost::Structural});
     registry.addParam(
         {.name = "caustics.photonsPerPixel",
-         .defaultValue = 0.25,
+         .defaultValue = 0.125,
          .minimum = 1.0 / 1024,
          .maximum = 1024,
-         .doc = "Keeps small pictures cheap: at most so many photons for each pixel, but no fewer than 4096.",
+         .doc = "Keeps small pictures cheap: at most so many photons for each pixel, but no fewer than 1024.",
          .cost = trilume::ParamCost::Structural});
+    registry.addParam({.name = "caustics.direct",
+                       .defaultValue = std::string("splat"),
+                       .choices = {"splat", "kernel"},
+                       .doc = "What is seen directly: splat: each photon lights its pixel, without bias; kernel: it is "
+                              "spread over gatherRadius, less noisy and blurred by that."});
+    registry.addParam({.name = "caustics.historyFrames",
+                       .defaultValue = int64_t{32},
+                       .minimum = 1,
+                       .maximum = 1024,
+                       .unit = "frames",
+                       .doc = "Frames that a single picture's caustics are a mean over, back to the last change of "
+                              "lights or things; 1: none but its own."});
     registry.addParam({.name = "caustics.uniformShare",
                        .defaultValue = 0.2,
                        .minimum = 0.1,

@@ -5,13 +5,10 @@
 #include "scene/shading.glsl"
 #include "shared/visibility.h"
 
+Hit visibleHit(VisiblePoint point) { return Hit(0.0, point.instance, point.primitive, point.uv); }
+
 Shading shadeVisiblePoint(VisiblePoint point) {
-    Hit hit;
-    hit.t = 0.0;
-    hit.instance = point.instance;
-    hit.primitive = point.primitive;
-    hit.uv = point.uv;
-    return prepareShading(loadSurface(hit), -point.direction, point.footprint);
+    return prepareShading(loadSurface(visibleHit(point)), -point.direction, point.footprint);
 }
 
 #endif

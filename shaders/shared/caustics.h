@@ -51,7 +51,10 @@ TL_DECLARE_REF(CausticPatch)
 struct CausticsPush {
     TL_REF(FrameConstants) frame;
     TL_REF(VisiblePoint) points;
+    TL_REF(VisiblePoint) previousPoints;
     TL_REF(vec3) caustic;
+    TL_REF(vec4) mean;         // over frames, and how many
+    TL_REF(vec4) previousMean; // with kCausticsUnchanged
     TL_REF(uint) splats; // kFixedWords for each pixel
     TL_REF(GuideTarget) guide;
     TL_REF(GuideTarget) previousGuide; // with kCausticsHistory, as the state
@@ -60,17 +63,20 @@ struct CausticsPush {
     TL_REF(Photon) photons;
     TL_REF(uint) heads; // of the grid's cells: the first photon, or kNone
     TL_REF(CausticPatch) cache;
-    TL_REF(CausticPatch) previousCache; // with kCausticsCarry
+    TL_REF(CausticPatch) previousCache; // with kCausticsUnchanged
     TL_REF(uint) cacheSums;             // of this frame, kFixedWords for each patch
     float uniformShare;                 // of photons, emitted as the light emits
     float gatherRadius;                 // pixels
+    float historyFrames;                // in a pixel's mean at most
     float cacheShare;                   // of this frame in the cache's mean
     uint photonLimit;                   // of this frame
     uint headMask;                      // number of cells - 1, a power of 2 less 1
     uint flags;                         // kCaustics*
 };
 TL_CONST uint kCausticsHistory = 1;
-TL_CONST uint kCausticsCarry = 2; // the cache's
+TL_CONST uint kCausticsUnchanged = 2; // lights, things and materials, since last frame
+TL_CONST uint kCausticsCameraMoved = 4;
+TL_CONST uint kCausticsKernel = 8; // for what is seen directly too, in place of splats
 
 TL_END
 

@@ -1,10 +1,9 @@
-// The pixel's caustic: what photons splat there, and where its point is seen through mirrors or glass, the density of
-// photons around it (Jensen 1996). Path class L S+ D S* E.
+// The pixel's caustic: what photons splat there, and where its point is seen through mirrors or glass (with kernels:
+// anywhere), the density of photons around it (Jensen 1996). Path class L S+ D S* E.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "passes/caustics/grid.glsl"
-
-#include "scene/visible_point.glsl"
+#include "passes/caustics/history.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -58,12 +57,18 @@ void main() {
     const uint index = pixelIndex(pixel);
     const VisiblePoint point = push.points.v[index];
     vec3 caustic = sumAt(push.splats, index);
-    if (point.instance != kNone && point.chain > 0u) {
+    if (point.instance != kNone && (point.chain > 0u || (push.flags & kCausticsKernel) != 0u)) {
         uint arrivals;
         caustic += gatherPhotons(point, arrivals);
         countArrivals(arrivals);
     }
     const uint lit = subgroupAdd(maxComponent(caustic) > 0.0 ? 1u : 0u);
     if (subgroupElect() && lit > 0u) atomicAdd(push.state.v[0].lit, lit);
-    push.caustic.v[index] = caustic;
+
+    // Averages of several frames are the application's, and need frames that don't share what they know.
+    const vec4 before = remembered(index, point);
+    const float frames = min(before.w + 1.0, push.historyFrames);
+    const vec3 mean = mix(before.rgb, caustic, 1.0 / frames);
+    push.mean.v[index] = vec4(mean, frames);
+    push.caustic.v[index] = TL_FRAME.sampleIndex == 0u ? mean : caustic;
 }

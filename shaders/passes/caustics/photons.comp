@@ -75,10 +75,11 @@ Emission emitPhoton(inout Sampler rng) {
     return e;
 }
 
-// Returns whether a pixel received light.
+// Adds the photon to the pixel that sees it. Returns whether one does, or with kernels, whether one may.
 bool splat(Shading shading, uint instance, vec3 flux, inout Sampler rng) {
     const CameraView view = viewFromCamera(shading.surface.position, sample2D(rng));
     if (!(view.distance > 0.0)) return false;
+    if ((push.flags & kCausticsKernel) != 0u) return true;
     float pdfBsdf;
     const vec3 f = evalBsdf(shading, view.wi, pdfBsdf) * shadingNormalCorrection(shading, view.wi);
     // The pixel's mean radiance is an integral over directions from the lens with density pixels * pdfSolidAngle; by area
