@@ -18,9 +18,14 @@ namespace {
 
 constexpr uint32_t kDefaultWidth = 960;
 
-void checkDenoiser(const RenderArguments& a) {
-    if (a.denoise != "off")
-        throw inputError("this denoiser is not in this build", "--denoise " + a.denoise, "use --denoise off");
+/// off, temporal or oidn. Averages converge to the technique's expected picture, and a filter would only blur them.
+std::string denoiserFor(const RenderArguments& a, const Technique& technique) {
+    const bool temporal = std::find(technique.nodes.begin(), technique.nodes.end(), "denoise") != technique.nodes.end();
+    if (a.denoise == "temporal" && !temporal)
+        throw inputError("this technique has no node denoise", "--denoise temporal, " + technique.name,
+                         "use --denoise oidn or off");
+    if (!a.denoise.empty()) return a.denoise;
+    return temporal && !technique.reference && a.spp == 1 && a.seconds == 0 ? "temporal" : "off";
 }
 
 /// The frames that were asked for; without a spec the stage's first, and 0 for a stage without a range.
@@ -59,8 +64,11 @@ Size pictureSize(const RenderArguments& a, Scene& scene) {
     return size;
 }
 
-void configure(View& view, const RenderArguments& a, const Outputs& outputs, const std::string& technique) {
+void configure(View& view, const RenderArguments& a, const Outputs& outputs, const std::string& technique,
+               const std::string& denoiser) {
     view.setTechnique(technique);
+    if (denoiser == "temporal") view.params().set("denoise.mode", "temporal");
+    if (denoiser == "oidn") view.setImageFilter("oidn");
     for (const std::string& text : a.sets) {
         const size_t equals = text.find('=');
         if (equals == std::string::npos) throw inputError("bad parameter", "--set " + text, "write NODE.PARAM=VALUE");
@@ -144,7 +152,6 @@ void printSummary(const RunStats& stats, const Outputs& outputs, size_t skipped,
 void runRender(const RenderArguments& a) {
     const Stopwatch sinceStart;
     const Interruption interruption;
-    checkDenoiser(a);
     const Outputs outputs(a.output, a.aovs, a.display);
     if (!a.statsFile.empty()) checkWritable(a.statsFile);
     if (!a.frames.empty()) outputs.checkFor(parseFrameSpec(a.frames));
@@ -152,8 +159,8 @@ void runRender(const RenderArguments& a) {
     Engine engine({.device = {.device = a.device}, .tracer = a.tracer});
     outputs.check(engine.registry());
     const Registry& registry = engine.registry();
-    const std::string technique =
-        (a.technique.empty() ? registry.defaultTechnique() : registry.technique(a.technique)).name;
+    const Technique& technique = a.technique.empty() ? registry.defaultTechnique() : registry.technique(a.technique);
+    const std::string denoiser = denoiserFor(a, technique);
 
     const Stopwatch loading;
     const std::unique_ptr<Scene> scene = engine.registry().readScene(a.stage);
@@ -165,7 +172,7 @@ void runRender(const RenderArguments& a) {
     const Size size = pictureSize(a, *scene);
     RunStats stats{.device = engine.device().info(),
                    .tracer = engine.tracer(),
-                   .technique = technique,
+                   .technique = technique.name,
                    .stage = a.stage,
                    .width = size.width,
                    .height = size.height,
@@ -177,7 +184,7 @@ void runRender(const RenderArguments& a) {
     }
     lightDarkStage(a, *scene);
     View view(engine, *scene, size.width, size.height, a.camera);
-    configure(view, a, outputs, technique);
+    configure(view, a, outputs, technique.name, denoiser);
     stats.startup.pipelinesMs = view.prepare();
     checkAovs(view, outputs);
     try {

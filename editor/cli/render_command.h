@@ -27,7 +27,7 @@ struct RenderArguments {
     std::string device = "auto";
     std::string defaultLight = "auto";
     std::vector<std::string> aovs;
-    std::string denoise = "off";
+    std::string denoise; ///< empty: as the technique and the number of samples suggest
     DisplayOptions display;
     std::string statsFile;
     bool resume = false;

@@ -82,8 +82,10 @@ CLI::App* addRenderCommand(CLI::App& app, RenderArguments& a) {
     repeatable("--set", a.sets, "NODE.PARAM=VALUE", "any parameter of `trilume info`; repeatable");
     repeatable("--enable", a.enabled, "NODE", "repeatable");
     repeatable("--disable", a.disabled, "NODE", "repeatable");
-    addChoice<std::string>(*c, "--denoise", a.denoise, {{"off", "off"}, {"temporal", "temporal"}, {"oidn", "oidn"}},
-                           "only off in this build")
+    addChoice<std::string>(
+        *c, "--denoise", a.denoise, {{"off", "off"}, {"temporal", "temporal"}, {"oidn", "oidn"}},
+        "temporal: over frames and surfaces; oidn: the finished picture, by Open Image Denoise (off for "
+        "reference techniques, several --spp and --time; else temporal)")
         ->group(how);
     addChoice<gpu::Tracer>(
         *c, "--tracer", a.tracer,

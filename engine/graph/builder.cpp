@@ -126,6 +126,8 @@ std::vector<Plane> Recorder::findPlanes(std::string_view suffix) const {
     return planes;
 }
 
+const std::string& Recorder::nameOf(Plane plane) const { return resources_.at(plane.resource).name; }
+
 template<class H>
 bool Recorder::check(H handle, std::string_view verb) {
     const std::vector<std::string>& missing = declarations_[pass_].missing;

@@ -56,6 +56,7 @@ public:
     void owns(PathClass pathClass) override;
     void sideEffect() override;
     std::vector<Plane> findPlanes(std::string_view suffix) const override;
+    const std::string& nameOf(Plane plane) const override;
     const ParamSet& params() const override { return input_.params; }
     const SceneFacts& facts() const override { return input_.facts; }
     uint32_t width() const override { return input_.width; }

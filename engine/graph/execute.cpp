@@ -116,6 +116,7 @@ void GraphExecutor::record(gpu::Commands& commands, const FrameInput& input) {
                          .width = graph_.width,
                          .height = graph_.height,
                          .sampleIndex = input.sampleIndex,
+                         .repeats = input.repeats,
                          .pipeline = input.pipeline};
 
     // Orders this frame behind the last one, which used the same memory, and behind uploads.

@@ -15,6 +15,7 @@ struct FrameInput {
     const SceneFacts& facts;
     VkDeviceAddress frame = 0;
     uint32_t sampleIndex = 0;
+    bool repeats = false;
     std::function<const gpu::Pipeline&(const gpu::ShaderSource&)> pipeline;
     uint32_t firstTimestamp = 0; ///< slots firstTimestamp .. firstTimestamp + passes that run are written
 };

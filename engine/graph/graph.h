@@ -57,6 +57,7 @@ struct SceneFacts {
     bool textured = false;
     bool cameraMoved = false;
     bool sceneChanged = false;     ///< anything at all since last frame
+    bool geometryChanged = false;  ///< of that, shapes or their places: moved, deformed, added, removed
     uint64_t lightingRevision = 0; ///< grows with each change of lights, things or materials, not with the camera
     glm::vec3 boundsMin{0}, boundsMax{0}; ///< of everything finite, render space, metres; equal where there is nothing
 };
@@ -99,6 +100,7 @@ public:
     virtual void sideEffect() = 0;
     /// All planes whose name ends in `suffix`, in order of creation: how composite finds ".radiance" signals.
     virtual std::vector<Plane> findPlanes(std::string_view suffix) const = 0;
+    virtual const std::string& nameOf(Plane plane) const = 0;
 
     virtual const ParamSet& params() const = 0;
     virtual const SceneFacts& facts() const = 0;
@@ -128,6 +130,8 @@ struct FrameContext {
     VkDeviceAddress frame = 0; ///< FrameConstants (shaders/shared/frame.h)
     uint32_t width = 0, height = 0;
     uint32_t sampleIndex = 0; ///< frames since averaging began: 0 restarts the sums
+    bool repeats =
+        false; ///< the frame before was of the same picture: what `facts` say moved or changed did so earlier
     /// Compiled on first use and kept; defines of the tracer backend and specialisation are added by the renderer.
     std::function<const gpu::Pipeline&(const gpu::ShaderSource&)> pipeline;
 };

@@ -101,6 +101,7 @@ PluginManifest readManifest(const std::filesystem::path& directory) {
     manifest.info.nodes = fields.get<std::vector<std::string>>("nodes", {});
     manifest.info.sceneExtensions = extensions(fields, "sceneReaders");
     manifest.info.imageExtensions = extensions(fields, "imageWriters");
+    manifest.info.imageFilters = fields.get<std::vector<std::string>>("imageFilters", {});
     manifest.info.textures = fields.get("textureReader", false);
     manifest.library = directory / fields.getName("library");
     manifest.techniques = parseTechniques(fields.get("techniques", json::array()), file);

@@ -53,6 +53,7 @@ struct Offer {
     std::vector<ParamRow> params;
     std::vector<std::pair<std::string, SceneReader>> sceneReaders; // by extension
     std::vector<std::pair<std::string, ImageWriter>> imageWriters;
+    std::vector<std::pair<std::string, std::function<ImageFilter()>>> imageFilters;
     std::optional<TextureReader> textureReader;
     std::string refusal;
 };
@@ -94,6 +95,7 @@ struct Registry::Impl {
     std::map<std::string, NodeType, std::less<>> nodes;
     std::map<std::string, SceneReader, std::less<>> sceneReaders;
     std::map<std::string, ImageWriter, std::less<>> imageWriters;
+    std::map<std::string, std::function<ImageFilter()>, std::less<>> imageFilters;
     TextureReader textureReader;
     ParamTable params;
     Offer* registering = nullptr;
@@ -205,6 +207,7 @@ void Registry::Impl::take(Offer offer) {
         takeNamed(sceneReaders, "scene reader", extension, std::move(reader));
     for (auto& [extension, writer] : offer.imageWriters)
         takeNamed(imageWriters, "image writer", extension, std::move(writer));
+    for (auto& [name, create] : offer.imageFilters) takeNamed(imageFilters, "image filter", name, std::move(create));
     if (offer.textureReader) {
         if (textureReader)
             log::warning("a texture reader is offered twice: the first one serves");
@@ -280,6 +283,10 @@ void Registry::addImageWriter(std::vector<std::string> extensions, ImageWriter w
     impl_->offer([&](Offer& offer) {
         for (const std::string& e : extensions) offer.imageWriters.emplace_back(normalizedExtension(e), writer);
     });
+}
+
+void Registry::addImageFilter(std::string name, std::function<ImageFilter()> create) {
+    impl_->offer([&](Offer& offer) { offer.imageFilters.emplace_back(std::move(name), std::move(create)); });
 }
 
 void Registry::addTextureReader(TextureReader reader) {
@@ -436,6 +443,19 @@ bool Registry::canWriteImage(const fs::path& path) const {
            std::any_of(impl_->plugins.begin(), impl_->plugins.end(), [&](const auto& plugin) {
                return plugin->state == Impl::State::Known && contains(plugin->manifest.info.imageExtensions, extension);
            });
+}
+
+ImageFilter Registry::imageFilter(std::string_view name) {
+    const std::lock_guard lock(impl_->mutex);
+    auto& filters = impl_->imageFilters;
+    impl_->loadFor(
+        fmt::format("image filter {}", name), [&](const PluginInfo& info) { return contains(info.imageFilters, name); },
+        [&] { return filters.contains(name); });
+    const auto it = filters.find(name);
+    if (it == filters.end())
+        throw inputError("unknown image filter", std::string(name),
+                         suggest(name, impl_->names(filters, &PluginInfo::imageFilters)));
+    return it->second();
 }
 
 Texture Registry::readTexture(const fs::path& path, ColorSpace colorSpace) {

@@ -41,14 +41,17 @@ struct NodeType {
 using SceneReader = std::function<std::unique_ptr<Scene>(const std::filesystem::path&)>;
 /// Writes display-referred (png, jpg: values already encoded, 0..1) or linear images to the given path.
 using ImageWriter = std::function<void(const std::filesystem::path&, const ImageData&)>;
+/// Changes a finished picture in place. The guides are the mean albedo and normal of what its pixels show, 3 channels.
+using ImageFilter = std::function<void(ImageData& picture, const ImageData& albedo, const ImageData& normal)>;
 /// Reads a texture; throws inputError naming the file.
 using TextureReader = std::function<Texture(const std::filesystem::path&, ColorSpace)>;
 
 /// What plugins register and applications use. Applications are built on this only.
 ///
 /// A plugin.json names what its plugin offers: `name`, `library` (a file beside it), and as wanted `version`,
-/// `description`, `nodes`, `sceneReaders` and `imageWriters` (file extensions), `textureReader` (true),
-/// `techniques` (as in techniques.json). Where two plugins offer the same, the first found serves, with a warning.
+/// `description`, `nodes`, `sceneReaders` and `imageWriters` (file extensions), `imageFilters`, `textureReader`
+/// (true), `techniques` (as in techniques.json). Where two plugins offer the same, the first found serves, with a
+/// warning.
 ///
 /// Plugins stay loaded until the process ends: nodes, readers and scenes that they made hold code of theirs, and some
 /// (an embedded Python) can't be unloaded at all.
@@ -70,6 +73,8 @@ public:
     void addParam(ParamRow row);
     void addSceneReader(std::vector<std::string> extensions, SceneReader reader);
     void addImageWriter(std::vector<std::string> extensions, ImageWriter writer);
+    /// `create` may throw inputError where what the filter needs is missing.
+    void addImageFilter(std::string name, std::function<ImageFilter()> create);
     void addTextureReader(TextureReader reader);
     /// Why tlPluginRegister is about to return non-zero; said by TL_PLUGIN.
     void refuse(std::string reason);
@@ -93,6 +98,8 @@ public:
     /// Throws inputError for an extension nobody writes.
     void writeImage(const std::filesystem::path& path, const ImageData& image);
     bool canWriteImage(const std::filesystem::path& path) const;
+    /// Throws inputError for an unknown name.
+    ImageFilter imageFilter(std::string_view name);
     /// Throws inputError for a missing or empty file, or when no plugin reads textures.
     Texture readTexture(const std::filesystem::path& path, ColorSpace colorSpace);
     /// Rows of the plugins loaded so far: ask for a technique's nodes first.
@@ -101,7 +108,7 @@ public:
     struct PluginInfo {
         std::string name, version, description;
         std::filesystem::path directory;
-        std::vector<std::string> nodes, sceneExtensions, imageExtensions; ///< extensions as `.exr`
+        std::vector<std::string> nodes, sceneExtensions, imageExtensions, imageFilters; ///< extensions as `.exr`
         bool textures = false;
         bool loaded = false;
         std::string declined; ///< why not, when it was

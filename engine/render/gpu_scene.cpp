@@ -61,6 +61,7 @@ void GpuScene::update() {
     }
     accel_.beginUpdate();
     facts_.dynamicInstances = facts_.changedLights = 0;
+    facts_.geometryChanged = false;
     const bool materialsChanged = materials_.update(scene_);
     const bool meshesChanged = updateMeshes();
     const bool still = !facts_.sceneChanged;
@@ -70,6 +71,8 @@ void GpuScene::update() {
     if (!facts_.sceneChanged) return;
     if (materialsChanged || meshesChanged) ++facts_.lightingRevision;
     updateInstances();
+    const rt::AccelStats& built = accel_.stats();
+    facts_.geometryChanged = built.blasBuilt + built.blasRefit + built.tlasBuilt > 0;
     seen_ = scene_.world.now(); // an update that failed is tried again
 }
 

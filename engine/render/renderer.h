@@ -77,6 +77,10 @@ public:
     void setSeed(uint64_t seed);                  ///< and begins the sequence of random numbers anew
     void setAovs(std::vector<std::string> names); ///< kept and averaged from the next frame on
 
+    /// The registry's image filter of this name is applied to each finished picture, with the guides that it needs;
+    /// empty: none. Throws inputError when it is unknown or what it needs is missing.
+    void setImageFilter(std::string_view name);
+
     /// Uploads the scene and compiles the graph and its pipelines now rather than with the first frame. Returns the
     /// milliseconds spent on pipelines.
     double prepare();

@@ -54,6 +54,10 @@ struct View::Impl {
     template<class T>
     std::vector<T> readPlane(std::string_view name);
     ImageData picture();
+    ImageData averagedAov(const graph::Aov& aov);
+    /// Those that nodes make: what was asked for, and the filter's guides.
+    std::vector<std::string_view> planeAovs() const;
+    void requestAovs();
 
     Engine& engine;
     Engine::Impl& shared;
@@ -70,12 +74,15 @@ struct View::Impl {
     std::vector<graph::GraphNode> graphNodes;
     std::set<std::string, std::less<>> disabled;
     std::vector<std::string> aovs;
+    ImageFilter filter;
+    std::optional<ImageData> filtered; ///< the picture, where there is a filter
 
     bool graphBuilt = false, builtCameraMoved = false;
     uint64_t builtParams = 0, builtScene = 0, historyParams = 0;
     std::array<FrameSlot, kFramesInFlight> slots;
     uint32_t frameIndex = 0;
     uint32_t averaged = 0;
+    bool repeats = false;                        ///< the next frame shows what the last one did
     graph::SceneFacts facts;                     ///< of the scene, and of this view's camera
     std::optional<shared::Camera> pictureCamera; ///< of this picture
     shared::Camera previousCamera{};             ///< of the picture before
@@ -141,19 +148,34 @@ void View::setNodeEnabled(std::string_view node, bool enabled) {
 }
 
 void View::setAovs(std::vector<std::string> names) {
-    int64_t mask = 0;
     for (const std::string& name : names) {
-        if (graph::isFromSums(name)) continue;
-        const auto it = graph::findAov(name);
-        if (it == graph::kAovs.end()) {
-            std::string known(graph::kColorAov);
-            for (const auto& a : graph::kAovs) known += ", " + std::string(a.name);
-            throw inputError("no such AOV", name, "AOVs are: " + known + ", " + std::string(graph::kVarianceAov));
-        }
-        mask |= int64_t{1} << (it - graph::kAovs.begin());
+        if (graph::isFromSums(name) || graph::findAov(name) != graph::kAovs.end()) continue;
+        std::string known(graph::kColorAov);
+        for (const auto& a : graph::kAovs) known += ", " + std::string(a.name);
+        throw inputError("no such AOV", name, "AOVs are: " + known + ", " + std::string(graph::kVarianceAov));
     }
     impl_->aovs = std::move(names);
-    impl_->params.set(graph::kAovParam, std::to_string(mask));
+    impl_->requestAovs();
+}
+
+void View::setImageFilter(std::string_view name) {
+    impl_->filter = name.empty() ? ImageFilter{} : impl_->engine.registry().imageFilter(name);
+    impl_->filtered.reset();
+    impl_->requestAovs();
+}
+
+std::vector<std::string_view> View::Impl::planeAovs() const {
+    std::vector<std::string_view> names;
+    for (const std::string& name : aovs)
+        if (!graph::isFromSums(name)) names.push_back(name);
+    if (filter) names.insert(names.end(), {"albedo", "normal"});
+    return names;
+}
+
+void View::Impl::requestAovs() {
+    int64_t mask = 0;
+    for (const std::string_view name : planeAovs()) mask |= int64_t{1} << (graph::findAov(name) - graph::kAovs.begin());
+    params.set(graph::kAovParam, std::to_string(mask));
 }
 
 bool View::Impl::graphIsCurrent() const {
@@ -164,8 +186,7 @@ bool View::Impl::graphIsCurrent() const {
 void View::Impl::buildGraph() {
     if (graphIsCurrent()) return;
     std::vector<std::string> outputs{"composite.sums"};
-    for (const std::string& aov : aovs)
-        if (!graph::isFromSums(aov)) outputs.push_back("composite.aov." + aov);
+    for (const std::string_view aov : planeAovs()) outputs.push_back("composite.aov." + std::string(aov));
     executor.setGraph(graph::compile({graphNodes, facts, params, width, height, outputs, technique->overlapping}));
     if (historyParams != params.historyRevision()) executor.resetHistory();
     historyParams = params.historyRevision();
@@ -218,6 +239,7 @@ void View::Impl::submitFrame(uint32_t sampleIndex, bool dry) {
                             .facts = facts,
                             .frame = slot.constants.address(),
                             .sampleIndex = sampleIndex,
+                            .repeats = repeats,
                             .pipeline = [&](const gpu::ShaderSource& source) -> const gpu::Pipeline& {
                                 gpu::ShaderSource specialised = source;
                                 specialised.defines.insert(specialised.defines.end(), defines.begin(), defines.end());
@@ -227,6 +249,7 @@ void View::Impl::submitFrame(uint32_t sampleIndex, bool dry) {
     slot.submission = device.submit([&](gpu::Commands& commands) { executor.record(commands, input); });
     slot.pending = true;
     ++frameIndex;
+    repeats = true;
 }
 
 void View::Impl::collect(FrameSlot& slot) {
@@ -266,6 +289,7 @@ void View::Impl::syncScene() {
     pictureCamera = now;
     facts = gpuScene.facts();
     facts.cameraMoved = std::memcmp(&previousCamera, &now, sizeof(now)) != 0;
+    repeats = false;
 }
 
 double View::prepare() {
@@ -315,10 +339,15 @@ ImageData View::render(const RenderOptions& options) {
     v.collectAll();
     v.averaged = done;
     v.stats.spp = done;
-    v.stats.ms = watch.ms() - (v.shared.pipelineMs - pipelinesBefore);
     v.stats.memoryBytes = v.device.memoryInUse();
 
-    return v.picture();
+    ImageData picture = v.picture();
+    if (v.filter) {
+        v.filter(picture, v.averagedAov(*graph::findAov("albedo")), v.averagedAov(*graph::findAov("normal")));
+        v.filtered = picture;
+    }
+    v.stats.ms = watch.ms() - (v.shared.pipelineMs - pipelinesBefore);
+    return picture;
 }
 
 ImageData View::Impl::picture() {
@@ -346,7 +375,7 @@ std::vector<T> View::Impl::readPlane(std::string_view name) {
 ImageData View::aov(std::string_view name) {
     Impl& v = *impl_;
     const auto frames = static_cast<float>(std::max(v.averaged, 1u));
-    if (name == graph::kColorAov) return v.picture();
+    if (name == graph::kColorAov) return v.filtered ? *v.filtered : v.picture();
     if (name == graph::kVarianceAov) {
         // Of the mean's luminance, from the sample variance.
         ImageData image{v.width, v.height, 1, {}};
@@ -358,11 +387,15 @@ ImageData View::aov(std::string_view name) {
     }
     const auto it = graph::findAov(name);
     if (it == graph::kAovs.end()) throw inputError("no such AOV", std::string(name), "see trilume render --help");
-    ImageData image{v.width, v.height, it->channels, v.readPlane<float>("composite.aov." + std::string(name))};
+    return v.averagedAov(*it);
+}
+
+ImageData View::Impl::averagedAov(const graph::Aov& aov) {
+    ImageData image{width, height, aov.channels, readPlane<float>("composite.aov." + std::string(aov.name))};
     if (image.pixels.empty())
-        throw inputError("AOV not produced", std::string(name) + " by technique " + v.technique->name,
+        throw inputError("AOV not produced", std::string(aov.name) + " by technique " + technique->name,
                          "choose another technique, or ask for it before rendering");
-    for (float& x : image.pixels) x /= frames;
+    for (float& x : image.pixels) x /= static_cast<float>(std::max(averaged, 1u));
     return image;
 }
 
