@@ -9,6 +9,7 @@
 #include "shared/bvh.h"
 #include "shared/caustics.h"
 #include "shared/ddgi.h"
+#include "shared/denoise.h"
 #include "shared/frame.h"
 #include "shared/light.h"
 #include "shared/material.h"
@@ -63,6 +64,15 @@ const std::map<std::string, StructLayout> kHostLayouts = {
     TL_LAYOUT(TextureInput, scale, bias, du, dv, offset, image, channel),
     TL_LAYOUT(RaytracePush, frame, points, direct),
     TL_LAYOUT(PathtracePush, frame, points, direct, caustic, indirect, maxDepth, rouletteDepth),
+    TL_LAYOUT(DenoiseSurface, position, normal, albedo, frames, chain),
+    TL_LAYOUT(DenoiseReprojection, corner, weights, gain),
+    TL_LAYOUT(DenoiseHistory, mean, squares, frames),
+    TL_LAYOUT(DenoiseSurfacesPush, frame, points, previous, surfaces, reprojection, flags, maxFrames),
+    TL_LAYOUT(DenoiseExpectPush, frame, reprojection, previous, expected, flags),
+    TL_LAYOUT(DenoiseAccumulatePush, frame, surfaces, signal, expected, history, flags, maxFrames, changeSigma),
+    TL_LAYOUT(DenoiseEstimatePush, frame, surfaces, history, estimate),
+    TL_LAYOUT(DenoiseFilterPush, frame, surfaces, from, to, spacing, sigma),
+    TL_LAYOUT(DenoiseResolvePush, frame, surfaces, history, estimate, signal),
     TL_LAYOUT(PixelSums, sum, compensation, squares),
     TL_LAYOUT(CompositePush, frame, previous, sums, color, signals, signalCount, restart),
     TL_LAYOUT(AccumulatePush, frame, value, previous, sum, channels, restart),

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "graph/graph.h"
+
+#include <string>
+#include <vector>
+
+namespace trilume {
+
+/// Temporal accumulation and a variance-guided spatial filter for each plane of direct, caustic and indirect light,
+/// which it replaces; see README.md.
+class DenoiseNode final : public graph::Node {
+public:
+    graph::Need needed(const graph::SceneFacts& facts, const ParamSet& params) const override;
+    void declare(graph::Builder& builder) override;
+    void execute(graph::FrameContext& context) override;
+
+private:
+    struct Signal {
+        graph::Plane plane; ///< before and after
+        graph::History<graph::Plane> history;
+    };
+    uint32_t flags(const graph::FrameContext& context);
+    void accumulate(graph::FrameContext& context, const Signal& signal, uint32_t flags) const;
+    void filter(graph::FrameContext& context, const Signal& signal) const;
+
+    graph::Plane points_, reprojection_, expected_, estimates_[2];
+    graph::History<graph::Plane> surfaces_;
+    std::vector<Signal> signals_;
+    int64_t framesSinceChange_ = 0;
+};
+
+} // namespace trilume
