@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ctime>
 #include <limits>
 #include <random>
 
@@ -66,6 +67,24 @@ TEST(Polygon, RandomStarsInEveryPlane) {
         }
         expectTriangulated(corners);
     }
+}
+
+/// Rays of random length around a centre, and the teeth of a comb: every other corner is an inner one.
+TEST(Polygon, ManyCornersTakeNoTime) {
+    constexpr int kCorners = 40'000;
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> radius(0.2, 1.0);
+    std::vector<glm::vec3> star, comb = {{kCorners, -1000, 0}};
+    for (int i = 0; i < kCorners; ++i) {
+        const double a = glm::two_pi<double>() * i / kCorners, r = radius(random);
+        star.emplace_back(r * std::cos(a), r * std::sin(a), 0);
+        comb.emplace_back(kCorners - i, i % 2 ? 0 : 1000, 0);
+    }
+    comb.emplace_back(0, -1000, 0);
+    const std::clock_t begun = std::clock();
+    expectTriangulated(star);
+    expectTriangulated(comb);
+    EXPECT_LT(std::clock() - begun, 5 * CLOCKS_PER_SEC);
 }
 
 TEST(Polygon, CornersOnALineKeepTheirPlaces) {
