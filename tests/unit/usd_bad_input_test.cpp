@@ -112,6 +112,27 @@ TEST_F(UsdBadInput, MeshesLoseOnlyWhatIsBad) {
     EXPECT_LT(scene->bounds().radius(), 2);
 }
 
+TEST_F(UsdBadInput, ShapesWithoutExtentAreNamed) {
+    const char* const shapes[][2] = {{"Sphere", "radius = 0"},     {"Sphere", "radius = nan"}, {"Cube", "size = -1"},
+                                     {"Cylinder", "height = inf"}, {"Cone", "radius = 0"},     {"Plane", "width = 0"},
+                                     {"Capsule", "radius = -2"}};
+    std::string prims = "def SphereLight \"l\" {}\n";
+    for (size_t i = 0; i < std::size(shapes); ++i)
+        prims += fmt::format("def {} \"s{}\"\n{{\ndouble {}\n}}\n", shapes[i][0], i, shapes[i][1]);
+    auto scene = read(prims);
+    EXPECT_EQ(scene->world.count<MeshInstance>() + scene->world.count<SphereInstance>(), 0u);
+    EXPECT_TRUE(warned("/s0 (and 3 more): its radius is not a positive number")) << allWarnings();
+    EXPECT_TRUE(warned("/s2: its size is not")) << allWarnings();
+    EXPECT_TRUE(warned("/s3: its height is not")) << allWarnings();
+    EXPECT_TRUE(warned("/s5: its width is not")) << allWarnings();
+    EXPECT_TRUE(warned("lights but no geometry"));
+    warnings_.clear();
+    scene = read("def Capsule \"ball\"\n{\ndouble height = 0\n}\n"
+                 "def Cylinder_1 \"cone\"\n{\ndouble radiusTop = 0\n}\n");
+    EXPECT_EQ(scene->world.count<MeshInstance>(), 2u);
+    EXPECT_EQ(allWarnings(), "");
+}
+
 TEST_F(UsdBadInput, PrimvarsOfWrongSize) {
     const auto scene =
         read(square("m", "texCoord2f[] primvars:st = [(0, 0)] (interpolation = \"vertex\")\n"

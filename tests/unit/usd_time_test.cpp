@@ -125,6 +125,70 @@ TEST_F(UsdTime, TopologyMayChange) {
     EXPECT_EQ(allWarnings(), "");
 }
 
+/// As simulations do.
+TEST_F(UsdTime, MeshesMayBeEmptyForAWhile) {
+    const auto scene =
+        read("def Mesh \"all\"\n{\npoint3f[] points.timeSamples = { 1: [], 2: [(0,0,0),(1,0,0),(1,1,0)], "
+             "3: [] }\nint[] faceVertexCounts.timeSamples = { 1: [], 2: [3], 3: [] }\nint[] "
+             "faceVertexIndices.timeSamples = { 1: [], 2: [0, 1, 2], 3: [] }\n}\n"
+             "def Mesh \"points\"\n{\npoint3f[] points.timeSamples = { 1: None, 2: "
+             "[(0,0,0),(1,0,0),(1,1,0)], 3: None, 4: [(0,0,0),(1,0,0),(1,1,3)] }\n"
+             "int[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0, 1, 2]\n}\n",
+             kRange);
+    const auto seen = [&](double time) {
+        scene->setTime(time);
+        scene->updateTransforms();
+        return scene->isVisible(find(*scene, "/all")) + 2 * scene->isVisible(find(*scene, "/points"));
+    };
+    EXPECT_FALSE(scene->isVisible(find(*scene, "/all")));
+    EXPECT_FALSE(scene->isVisible(find(*scene, "/points")));
+    EXPECT_EQ(seen(2), 3);
+    EXPECT_EQ(meshOf(*scene, "/all").triangles.size(), 1u);
+    EXPECT_EQ(seen(3), 0);
+    EXPECT_EQ(seen(4), 2);
+    EXPECT_EQ(meshOf(*scene, "/points").positions[2].z, 3);
+    EXPECT_EQ(seen(1), 0);
+    EXPECT_EQ(allWarnings(), "");
+}
+
+TEST_F(UsdTime, BlockedSamplesHaveTheSchemasFallback) {
+    const auto scene = read("def Camera \"c\"\n{\nfloat focalLength.timeSamples = { 1: None, 2: 80 }\n}\n"
+                            "def Sphere \"s\"\n{\ndouble radius.timeSamples = { 1: None, 2: 4 }\n}\n"
+                            "def RectLight \"l\"\n{\nfloat inputs:width.timeSamples = { 1: None, 2: 4 }\n}\n",
+                            "metersPerUnit = 0.01\nstartTimeCode = 1\nendTimeCode = 2");
+    EXPECT_FLOAT_EQ(get<Camera>(*scene, "/c").focalLength, 50);
+    EXPECT_EQ(get<SphereInstance>(*scene, "/s").radius, 1);
+    EXPECT_EQ(get<Light>(*scene, "/l").width, 1);
+    scene->setTime(2);
+    EXPECT_FLOAT_EQ(get<Camera>(*scene, "/c").focalLength, 80);
+    EXPECT_EQ(allWarnings(), "");
+}
+
+TEST_F(UsdTime, ShapesWithoutExtentHideForAWhile) {
+    const auto scene = read("def Sphere \"s\"\n{\ndouble radius.timeSamples = { 1: 0, 2: 4 }\n}\n"
+                            "def Cube \"q\"\n{\ndouble size.timeSamples = { 1: 0, 2: 4 }\n}\n",
+                            kRange);
+    EXPECT_FALSE(scene->isVisible(find(*scene, "/s")));
+    EXPECT_FALSE(scene->isVisible(find(*scene, "/q")));
+    scene->setTime(2);
+    scene->updateTransforms();
+    EXPECT_TRUE(scene->isVisible(find(*scene, "/s")));
+    EXPECT_TRUE(scene->isVisible(find(*scene, "/q")));
+    EXPECT_EQ(std::abs(meshOf(*scene, "/q").positions[0].x), 2);
+    EXPECT_EQ(allWarnings(), "");
+}
+
+TEST_F(UsdTime, WhatIsWrongWithAMeshIsSaidOnce) {
+    const auto scene =
+        read("def Mesh \"m\"\n{\npoint3f[] points = [(0,0,0),(1,0,0),(1,1,0)]\n"
+             "int[] faceVertexCounts.timeSamples = { 1: [3, 3], 2: [3, 3, 3] }\nint[] "
+             "faceVertexIndices.timeSamples = { 1: [0, 1, 2, 0, 1, 9], 2: [0, 1, 2, 0, 1, 9, 0, 1, 9] }\n}\n",
+             kRange);
+    EXPECT_TRUE(warned("/m: 1 faces have point indices out of range"));
+    scene->setTime(2);
+    EXPECT_EQ(warnings_.size(), 1u) << allWarnings();
+}
+
 TEST_F(UsdTime, CamerasSpheresAndMaterials) {
     const auto scene =
         read("def Camera \"c\"\n{\nfloat focalLength.timeSamples = { 1: 50, 2: 80 }\n}\n"

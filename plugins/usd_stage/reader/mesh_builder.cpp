@@ -16,7 +16,7 @@ bool isFinite(glm::vec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && 
 bool isFinite(glm::vec2 v) { return std::isfinite(v.x) && std::isfinite(v.y); }
 
 void report(Problems& problems, size_t count, const char* what) {
-    if (count) problems.push_back(fmt::format("{} {}", count, what));
+    if (count) problems.push_back({count, what});
 }
 
 /// Calls f(face, first corner, count) for each face whose corners are all there.
@@ -138,7 +138,7 @@ std::vector<glm::vec3> buildNormals(const PolygonMesh& m, const Topology& topolo
         normals = expand(*m.normals, topology);
         report(problems, normalize(normals, mesh), "corners have normals without direction: faces' normals are used");
     } else {
-        if (m.normals) problems.push_back("normals do not match the mesh: left out");
+        if (m.normals) problems.push_back({0, "normals do not match the mesh: left out"});
         if (!m.smooth) return {};
         normals = smoothNormals(m, topology, mesh);
         normalize(normals, mesh);
@@ -149,7 +149,7 @@ std::vector<glm::vec3> buildNormals(const PolygonMesh& m, const Topology& topolo
 std::vector<glm::vec2> buildUvs(const PolygonMesh& m, const Topology& topology, Problems& problems) {
     if (!m.uvs) return {};
     if (!isComplete(m, *m.uvs)) {
-        problems.push_back("texture coordinates do not match the mesh: left out");
+        problems.push_back({0, "texture coordinates do not match the mesh: left out"});
         return {};
     }
     std::vector<glm::vec2> uvs = expand(*m.uvs, topology);
@@ -197,6 +197,8 @@ bool hasArea(const PolygonMesh& m, glm::uvec3 v) {
 }
 
 } // namespace
+
+std::string Problem::text() const { return count ? fmt::format("{} {}", count, what) : std::string(what); }
 
 Topology buildTopology(const PolygonMesh& m, Problems& problems) {
     Topology topology;
@@ -254,7 +256,7 @@ Topology buildTopology(const PolygonMesh& m, Problems& problems) {
     });
     report(problems, m.counts.size() - read, "faces have counts that do not fit the indices: left out");
     if (read == m.counts.size() && consumed < m.indices.size())
-        problems.push_back("there are more indices than the faces' corners: the rest is left out");
+        problems.push_back({0, "there are more indices than the faces' corners: the rest is left out"});
     report(problems, tooFew, "faces have fewer than 3 corners: left out");
     report(problems, outOfRange, "faces have point indices out of range: left out");
     report(problems, notFinite, "faces have points that are not finite: left out");
@@ -272,10 +274,6 @@ void buildMesh(const PolygonMesh& m, const Topology& topology, Mesh& mesh, Probl
 }
 
 bool updatePoints(const PolygonMesh& m, const Topology& topology, Mesh& mesh, Problems& problems) {
-    if (m.points.size() != topology.pointCount) {
-        problems.push_back("the number of points changes with time: the last pose stays");
-        return false;
-    }
     bool changed = false;
     for (size_t i = 0; i < m.points.size(); ++i)
         if (isFinite(m.points[i]) && m.points[i] != mesh.positions[i]) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace trilume::usd {
@@ -41,8 +42,13 @@ struct Topology {
     size_t pointCount = 0;
 };
 
-/// What was left out and why, in words.
-using Problems = std::vector<std::string>;
+/// What was left out and why.
+struct Problem {
+    size_t count = 0; ///< 0: all of it
+    std::string_view what;
+    std::string text() const;
+};
+using Problems = std::vector<Problem>;
 
 /// Triangles of every usable face. Faces with holes, too few corners, bad indices or points that are not finite are
 /// left out; so are triangles without area, unless the mesh deforms.
@@ -51,8 +57,8 @@ Topology buildTopology(const PolygonMesh& polygons, Problems& problems);
 /// Fills `mesh` except its name and revisions; triangles are empty when nothing is usable.
 void buildMesh(const PolygonMesh& polygons, const Topology& topology, Mesh& mesh, Problems& problems);
 
-/// Moves a mesh with this topology to new points and normals; false when they equal the old ones.
-/// Points that are not finite stay where they were.
+/// Moves a mesh with this topology to new points, as many as it was made for, and normals; false when they equal the
+/// old ones. Points that are not finite stay where they were.
 bool updatePoints(const PolygonMesh& polygons, const Topology& topology, Mesh& mesh, Problems& problems);
 
 } // namespace trilume::usd

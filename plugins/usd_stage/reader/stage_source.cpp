@@ -55,6 +55,12 @@ glm::dmat4 withoutScale(const glm::dmat4& m) {
 
 } // namespace
 
+StageSource::Kind StageSource::kindFrom(const std::string& name) {
+    if (name == "light") return Kind::Light;
+    if (name == "camera") return Kind::Camera;
+    return name == "sphere" ? Kind::Sphere : Kind::Mesh;
+}
+
 StageSource::StageSource(py::object stage, Scene& scene, ReadTexture readTexture)
     : stage_(std::move(stage)), scene_(scene), readTexture_(std::move(readTexture)) {
     load();
@@ -81,8 +87,9 @@ void StageSource::load() {
     for (const py::object& item : stage_.attr("assets").cast<std::vector<py::object>>()) {
         Asset& asset = assets_.emplace_back();
         asset.path = item.attr("path").cast<std::string>();
-        if (const py::object record = read(item); !record.is_none())
-            loadAsset(asset, item.attr("kind").cast<std::string>(), record);
+        asset.kind = kindFrom(item.attr("kind").cast<std::string>());
+        asset.varying = item.attr("varying").cast<bool>();
+        readAsset(asset, read(item));
     }
     for (const py::object& placement : stage_.attr("placements").cast<std::vector<py::object>>())
         loadPlacement(placement);
@@ -123,50 +130,16 @@ void StageSource::updateMaterial(size_t number, const py::object& record) {
     old = std::move(material);
 }
 
-void StageSource::loadAsset(Asset& asset, const std::string& kind, const py::object& record) {
+/// Without a record the asset is not there at the present time.
+void StageSource::readAsset(Asset& asset, const py::object& record) {
     const auto find = [this](const auto&... key) { return findTexture(key...); };
-    asset.usable = true;
-    if (kind == "light") {
-        asset.kind = Kind::Light;
-        asset.light = lightFrom(record, find);
-    } else if (kind == "camera") {
-        asset.kind = Kind::Camera;
-        asset.camera = cameraFrom(record);
-    } else if (kind == "sphere") {
-        asset.kind = Kind::Sphere;
-        asset.sphere.radius = record["radius"].cast<float>();
-    } else {
-        Mesh mesh;
-        mesh.name = asset.path;
-        asset.usable = buildMeshOf(asset, record, mesh);
-        if (asset.usable) asset.mesh = scene_.addMesh(std::move(mesh));
-    }
-}
-
-bool StageSource::buildMeshOf(Asset& asset, const py::dict& record, Mesh& mesh) {
-    if (record.contains("shape")) {
-        shapeFrom(record, mesh);
-        return true;
-    }
-    const MeshRecord mine(record);
-    Problems problems;
-    Topology topology = buildTopology(mine.polygons, problems);
-    buildMesh(mine.polygons, topology, mesh, problems);
-    for (const std::string& problem : problems) log::warning("{}: {}: {}", scene_.path, asset.path, problem);
-    if (mesh.triangles.empty()) log::warning("{}: {}: the mesh has no usable face: left out", scene_.path, asset.path);
-    const bool usable = !mesh.triangles.empty();
-    if (mesh.deforming && mine.sameTopology) asset.topology = std::move(topology);
-    return usable;
-}
-
-void StageSource::updateAsset(Asset& asset, const py::object& record) {
-    if (record.is_none() || !asset.usable) return;
-    const auto find = [this](const auto&... key) { return findTexture(key...); };
+    asset.present = !record.is_none();
+    if (!asset.present) return;
     switch (asset.kind) {
     case Kind::Mesh:
-        return updateMesh(asset, record);
+        return readMesh(asset, record);
     case Kind::Sphere:
-        asset.sphere.radius = record["radius"].cast<float>();
+        asset.sphere.radius = py::dict(record)["radius"].cast<float>();
         break;
     case Kind::Light:
         asset.light = lightFrom(record, find);
@@ -175,33 +148,72 @@ void StageSource::updateAsset(Asset& asset, const py::object& record) {
         asset.camera = cameraFrom(record);
         break;
     }
-    for (size_t number : asset.placements)
-        for (Entity entity : placements_[number].entities) assignComponent(asset, placements_[number], entity);
 }
 
-void StageSource::updateMesh(Asset& asset, const py::dict& record) {
-    Mesh& mesh = scene_.editMesh(asset.mesh);
-    if (!record.contains("shape")) {
-        const MeshRecord mine(record);
-        if (mine.sameTopology) {
-            Problems problems;
-            if (updatePoints(mine.polygons, asset.topology, mesh, problems)) ++mesh.pointsRevision;
-            for (const std::string& problem : problems)
-                log::writeOnce(log::Level::Warning, asset.path + problem,
-                               fmt::format("{}: {}: {}", scene_.path, asset.path, problem));
-            return;
-        }
+void StageSource::readMesh(Asset& asset, const py::dict& record) {
+    if (followPoints(asset, record)) return;
+    Mesh mesh = buildMeshOf(asset, record);
+    asset.present = !mesh.triangles.empty();
+    if (!asset.present) return; // hidden: its old shape may stay
+    if (asset.mesh == MeshId::None) {
+        asset.mesh = scene_.addMesh(std::move(mesh));
+        return;
     }
-    Mesh remodelled;
-    remodelled.name = asset.path;
-    if (!buildMeshOf(asset, record, remodelled)) return; // warned; the last shape stays
-    const bool topologyChanged = remodelled.triangles != mesh.triangles || remodelled.uvs != mesh.uvs ||
-                                 remodelled.triangleSubset != mesh.triangleSubset ||
-                                 remodelled.positions.size() != mesh.positions.size();
-    const bool pointsChanged = remodelled.positions != mesh.positions || remodelled.normals != mesh.normals;
-    remodelled.topologyRevision = mesh.topologyRevision + topologyChanged;
-    remodelled.pointsRevision = mesh.pointsRevision + (pointsChanged || topologyChanged);
-    mesh = std::move(remodelled);
+    Mesh& old = scene_.editMesh(asset.mesh);
+    const bool topologyChanged = mesh.triangles != old.triangles || mesh.uvs != old.uvs ||
+                                 mesh.triangleSubset != old.triangleSubset ||
+                                 mesh.positions.size() != old.positions.size();
+    const bool pointsChanged = mesh.positions != old.positions || mesh.normals != old.normals;
+    mesh.topologyRevision = old.topologyRevision + topologyChanged;
+    mesh.pointsRevision = old.pointsRevision + (pointsChanged || topologyChanged);
+    old = std::move(mesh);
+}
+
+/// False when its faces have to be made anew.
+bool StageSource::followPoints(Asset& asset, const py::dict& record) {
+    if (asset.topology.triangles.empty() || record.contains("shape")) return false;
+    const MeshRecord mine(record);
+    if (mine.polygons.points.size() != asset.topology.pointCount) return false;
+    Mesh& mesh = scene_.editMesh(asset.mesh);
+    Problems problems;
+    if (updatePoints(mine.polygons, asset.topology, mesh, problems)) ++mesh.pointsRevision;
+    for (const Problem& problem : problems) logOnce(asset, problem);
+    return true;
+}
+
+Mesh StageSource::buildMeshOf(Asset& asset, const py::dict& record) {
+    Mesh mesh;
+    mesh.name = asset.path;
+    if (record.contains("shape")) {
+        shapeFrom(record, mesh);
+        return mesh;
+    }
+    const MeshRecord mine(record);
+    const bool empty = mine.polygons.points.empty() || mine.polygons.counts.empty();
+    if (empty && asset.varying) return mesh; // as simulations are before they begin
+    Problems problems;
+    Topology topology = buildTopology(mine.polygons, problems);
+    buildMesh(mine.polygons, topology, mesh, problems);
+    if (mesh.triangles.empty()) problems.push_back({0, "the mesh has no usable face: left out"});
+    for (const Problem& problem : problems) logOnce(asset, problem);
+    if (mesh.deforming && mine.sameTopology) asset.topology = std::move(topology);
+    return mesh;
+}
+
+void StageSource::logOnce(const Asset& asset, const Problem& problem) {
+    if (logged_.emplace(asset.path, problem.what).second)
+        log::warning("{}: {}: {}", scene_.path, asset.path, problem.text());
+}
+
+void StageSource::updateAsset(Asset& asset, const py::object& record) {
+    const bool before = asset.present;
+    readAsset(asset, record);
+    for (size_t number : asset.placements) {
+        const Placement& placement = placements_[number];
+        if (asset.present)
+            for (Entity entity : placement.entities) assignComponent(asset, placement, entity);
+        if (asset.present != before) place(number, stage_.attr("sample")(placementAt(number)));
+    }
 }
 
 void StageSource::loadPlacement(const py::object& description) {
@@ -210,9 +222,7 @@ void StageSource::loadPlacement(const py::object& description) {
     placement.asset = description.attr("asset").cast<size_t>();
     for (size_t material : description.attr("materials").cast<std::vector<size_t>>())
         placement.materials.push_back(materials_[material]);
-    Asset& asset = assets_[placement.asset];
-    if (!asset.usable) return;
-    asset.placements.push_back(number);
+    assets_[placement.asset].placements.push_back(number);
     place(number, stage_.attr("sample")(description));
 }
 
@@ -220,15 +230,15 @@ void StageSource::loadPlacement(const py::object& description) {
 void StageSource::place(size_t number, const py::object& sampled) {
     Placement& placement = placements_[number];
     const Asset& asset = assets_[placement.asset];
-    if (!asset.usable || sampled.is_none()) return;
+    if (sampled.is_none() || !(asset.present || asset.varying)) return;
     const py::tuple sample = sampled;
     const py::object matrices = sample[0], visible = sample[1];
     const std::span<const double> values = viewOf<double>(matrices);
     const std::span<const bool> shown = viewOf<bool>(visible);
-    const py::object description = stage_.attr("placements")[py::int_(number)];
-    const bool varying = description.attr("varying").cast<bool>();
+    const py::object description = placementAt(number);
+    const bool moving = description.attr("varying").cast<bool>();
     // With a time-varying transform, scaling to nothing is a way to hide.
-    if (const auto name = sample[2].cast<std::string>(); !name.empty() && !varying)
+    if (const auto name = sample[2].cast<std::string>(); !name.empty() && !moving)
         log::warning("{}: {}: its transform is singular or not finite: left out", scene_.path, name);
 
     while (placement.entities.size() > shown.size()) {
@@ -239,21 +249,25 @@ void StageSource::place(size_t number, const py::object& sampled) {
     if (placement.entities.size() < shown.size())
         names = stage_.attr("names")(description).cast<std::vector<std::string>>();
     for (size_t i = 0; i < shown.size(); ++i) {
+        const bool visible = shown[i] && asset.present;
         if (i == placement.entities.size())
-            placement.entities.push_back(shown[i] || varying ? createCopy(placement, std::move(names[i])) : Entity{});
+            placement.entities.push_back(visible || moving || asset.varying ? createCopy(placement, std::move(names[i]))
+                                                                            : Entity{});
         const Entity entity = placement.entities[i];
         if (!entity) continue;
         const glm::dmat4 stageFromLocal = glm::make_mat4(&values[16 * i]);
         assign(scene_.world, entity, LocalTransform{localTransform(asset, stageFromLocal)});
-        if (!shown[i] || scene_.world.find<Visibility>(entity)) assign(scene_.world, entity, Visibility{shown[i]});
+        if (!visible || scene_.world.find<Visibility>(entity)) assign(scene_.world, entity, Visibility{visible});
     }
 }
+
+py::object StageSource::placementAt(size_t number) const { return stage_.attr("placements")[py::int_(number)]; }
 
 Entity StageSource::createCopy(const Placement& placement, std::string name) {
     const Asset& asset = assets_[placement.asset];
     const Entity parent = asset.kind == Kind::Camera ? Entity{} : root_;
     const Entity entity = scene_.createEntity(std::move(name), glm::dmat4(1), parent);
-    assignComponent(asset, placement, entity);
+    if (asset.present) assignComponent(asset, placement, entity);
     return entity;
 }
 

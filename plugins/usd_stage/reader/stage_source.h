@@ -5,6 +5,7 @@
 #include "usd_stage.h"
 
 #include <map>
+#include <set>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -30,7 +31,8 @@ private:
     struct Asset {
         std::string path;
         Kind kind = Kind::Mesh;
-        bool usable = false;
+        bool varying = false;
+        bool present = false; ///< at the present time; a mesh without faces is not
         MeshId mesh = MeshId::None;
         Topology topology; ///< of deforming meshes
         SphereInstance sphere;
@@ -44,16 +46,20 @@ private:
         std::vector<Entity> entities; ///< by copy
     };
 
+    static Kind kindFrom(const std::string& name);
     void load();
     void loadStageFacts();
     void loadMaterial(size_t number, const py::object& record, const std::string& path);
-    void loadAsset(Asset& asset, const std::string& kind, const py::object& record);
     void loadPlacement(const py::object& description);
     void updateMaterial(size_t number, const py::object& record);
     void updateAsset(Asset& asset, const py::object& record);
-    void updateMesh(Asset& asset, const py::dict& record);
-    bool buildMeshOf(Asset& asset, const py::dict& record, Mesh& mesh);
+    void readAsset(Asset& asset, const py::object& record);
+    void readMesh(Asset& asset, const py::dict& record);
+    Mesh buildMeshOf(Asset& asset, const py::dict& record);
+    bool followPoints(Asset& asset, const py::dict& record);
+    void logOnce(const Asset& asset, const Problem& problem);
     void place(size_t number, const py::object& sample);
+    py::object placementAt(size_t number) const;
     Entity createCopy(const Placement& placement, std::string name);
     void assignComponent(const Asset& asset, const Placement& placement, Entity entity);
     glm::dmat4 localTransform(const Asset& asset, const glm::dmat4& stageFromLocal) const;
@@ -70,6 +76,7 @@ private:
     std::vector<py::object> materialRecords_; ///< of those that vary: the last one
     std::vector<Asset> assets_;
     std::vector<Placement> placements_;
+    std::set<std::pair<std::string, std::string_view>> logged_; ///< path and what: numbers change with time
     std::map<std::tuple<std::string, ColorSpace, Wrap, Wrap>, TextureId> textures_;
 };
 

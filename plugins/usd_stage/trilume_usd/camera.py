@@ -26,7 +26,7 @@ class CameraReader:
     def read(self, moment):
         """Millimetres and metres. A clipping range that nobody wrote does not clip: the schema's default begins at one
         scene unit, which is a metre in many stages."""
-        value = {name: attribute.Get(moment.time) for name, attribute in self._attributes.items()}
+        value = {name: moment.value(attribute) for name, attribute in self._attributes.items()}
         millimetres = 100.0 * self._meters_per_unit
         clipping = value["clippingRange"]
         clips = self._attributes["clippingRange"].HasAuthoredValue() and 0 <= clipping[0] < clipping[1]

@@ -20,6 +20,13 @@ class Moment:
         matrix, resets = self._transforms.ComputeRelativeTransform(prim, root)
         return np.array(matrix), resets
 
+    def value(self, attribute):
+        """Where time samples are blocked, the schema's fallback: as for an attribute without any."""
+        value = attribute.Get(self.time)
+        if value is None:
+            value = attribute.GetPrim().GetPrimDefinition().GetAttributeFallbackValue(attribute.GetName())
+        return value
+
     def once(self, owner, compute):
         if owner not in self._memo:
             self._memo[owner] = compute()

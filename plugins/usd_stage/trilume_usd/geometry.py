@@ -1,5 +1,7 @@
 """Readers of meshes and implicit shapes. `read` gives arrays in the stage's units, checked on the C++ side."""
 
+import math
+
 import numpy as np
 from pxr import UsdGeom
 
@@ -89,8 +91,9 @@ class ShapeReader:
 
     kind = "shape"
 
-    def __init__(self, prim):
+    def __init__(self, prim, warn):
         self.path = str(prim.GetPath())
+        self.warn = warn
         self._shape = prim.GetTypeName().replace("_1", "")
         self._attributes = [prim.GetAttribute(name) for name in _SHAPES[prim.GetTypeName()]]
         self.varying = any(a.ValueMightBeTimeVarying() for a in self._attributes)
@@ -100,24 +103,44 @@ class ShapeReader:
         return type_name in _SHAPES
 
     def read(self, moment):
-        record = {a.GetName(): a.Get(moment.time) for a in self._attributes}
-        if "radius" in record:
-            top = 0.0 if self._shape == "Cone" else record["radius"]
-            record.update(radiusBottom=record.pop("radius"), radiusTop=top)
-        record = {name: str(value) if name == "axis" else float(value) for name, value in record.items()}
-        return {"shape": self._shape, "deforming": self.varying, **record}
+        """None at times when it has no extent."""
+        record = {a.GetName(): moment.value(a) for a in self._attributes}
+        axis = str(record.pop("axis", ""))
+        sizes = {name: float(value) for name, value in record.items()}
+        may_be_zero = {"height"} if self._shape == "Capsule" else set()
+        if sizes.get("radiusTop") or sizes.get("radiusBottom"):
+            may_be_zero |= {"radiusTop", "radiusBottom"}
+        if not has_extent(self, sizes, may_be_zero):
+            return None
+        if "radius" in sizes:
+            top = 0.0 if self._shape == "Cone" else sizes["radius"]
+            sizes.update(radiusBottom=sizes.pop("radius"), radiusTop=top)
+        return {"shape": self._shape, "deforming": self.varying, "axis": axis, **sizes}
 
 
 class SphereReader:
     kind = "sphere"
 
-    def __init__(self, prim):
+    def __init__(self, prim, warn):
         self.path = str(prim.GetPath())
+        self.warn = warn
         self._radius = UsdGeom.Sphere(prim).GetRadiusAttr()
         self.varying = self._radius.ValueMightBeTimeVarying()
 
     def read(self, moment):
-        return {"radius": float(self._radius.Get(moment.time))}
+        """None at times when it has no extent."""
+        sizes = {"radius": float(moment.value(self._radius))}
+        return sizes if has_extent(self, sizes) else None
+
+
+def has_extent(reader, sizes, may_be_zero=()):
+    """Whether the sizes, by name, are positive numbers. A size that is 0 for a while is a way to hide."""
+    for name, size in sizes.items():
+        if not (0 < size < math.inf or (size == 0 and name in may_be_zero)):
+            if size != 0 or not reader.varying:
+                reader.warn(reader.path, f"its {name} is not a positive number: left out")
+            return False
+    return True
 
 
 def find_uvs(prim, name):

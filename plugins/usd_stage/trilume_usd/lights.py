@@ -96,7 +96,7 @@ class LightReader:
         record = {"light": self._type.removesuffix("_1").removesuffix("Light"), "radiance": radiance,
                   "normalize": normalize, "texture": None}
         for name, attribute in self._sizes.items():
-            size = float(attribute.Get(moment.time))
+            size = float(moment.value(attribute))
             if not 0 <= size < math.inf or (size == 0 and name != "angle"):
                 self._warn(self._prim.GetPath(), f"the light's {name} is not a positive number: it gives no light")
                 size, record["radiance"] = 0.0, (0.0, 0.0, 0.0)  # without extent it has no surface either

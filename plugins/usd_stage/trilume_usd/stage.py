@@ -128,7 +128,8 @@ class Stage:
 
     @quietly
     def read(self, item):
-        """The record of one of `materials` or `assets` at the present time; None, with a warning, when USD fails."""
+        """The record of one of `materials` or `assets` at the present time; None when it is not there, or, with a warning,
+        when USD fails."""
         return self._read(item)
 
     @quietly
@@ -219,9 +220,9 @@ class Stage:
         elif name == "Mesh":
             self._place_mesh(prim, frame, inherited)
         elif name == "Sphere":
-            self._place(self._asset(prim, SphereReader), prim, frame, inherited, self._material_numbers(prim))
+            self._place(self._asset(prim, lambda p: SphereReader(p, self.warn)), prim, frame, inherited, self._material_numbers(prim))
         elif ShapeReader.reads(name):
-            self._place(self._asset(prim, ShapeReader), prim, frame, inherited, self._material_numbers(prim))
+            self._place(self._asset(prim, lambda p: ShapeReader(p, self.warn)), prim, frame, inherited, self._material_numbers(prim))
         elif LightReader.reads(name):
             light = LightReader(prim, self.meters_per_unit, self._files, self.warn)
             self._place(light, prim, frame, inherited, local=light.pole(self._stage))
