@@ -87,8 +87,26 @@ void assignOwners(CompiledGraph& graph, std::span<const Declaration> declaration
             owner = pass;
         }
     }
-    for (size_t i = 0; i < graph.owners.size(); ++i)
-        if (!graph.owners[i]) graph.unowned.push_back(static_cast<PathClass>(i));
+    for (size_t i = 0; i < graph.owners.size(); ++i) {
+        const auto pathClass = static_cast<PathClass>(i);
+        const bool unneeded = std::count(graph.unneeded.begin(), graph.unneeded.end(), pathClass) > 0;
+        if (!graph.owners[i] && !unneeded) graph.unowned.push_back(pathClass);
+    }
+    std::erase_if(graph.unneeded, [&](PathClass c) { return graph.owners[static_cast<size_t>(c)].has_value(); });
+}
+
+/// Path classes of the nodes that the scene doesn't need. They declare apart from the others: only what they would own
+/// is of interest.
+std::vector<PathClass> ownedByUnneeded(const CompileInput& input, const std::vector<Pass>& passes) {
+    Recorder recorder(input, passes);
+    std::vector<PathClass> owned;
+    for (uint32_t pass = 0; pass < passes.size(); ++pass) {
+        if (passes[pass].state != PassState::NotNeeded) continue;
+        recorder.declare(pass, *input.nodes[pass].node);
+        for (const PathClass c : recorder.declarations()[pass].owned)
+            if (std::find(owned.begin(), owned.end(), c) == owned.end()) owned.push_back(c);
+    }
+    return owned;
 }
 
 void findLifetimes(CompiledGraph& graph) {
@@ -222,6 +240,7 @@ CompiledGraph compile(const CompileInput& input) {
     for (uint32_t pass = 0; pass < graph.passes.size(); ++pass)
         if (graph.passes[pass].runs() && !live[pass]) graph.passes[pass].state = PassState::Unused;
 
+    graph.unneeded = ownedByUnneeded(input, graph.passes);
     assignOwners(graph, recorder.declarations(), input.overlapping);
     findLifetimes(graph);
     placeResources(graph);

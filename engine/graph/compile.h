@@ -85,7 +85,8 @@ struct CompiledGraph {
     size_t arenaBytes = 0;
     size_t historyBytes = 0;
     std::array<std::optional<uint32_t>, static_cast<size_t>(PathClass::Count)> owners; ///< pass of each path class
-    std::vector<PathClass> unowned;
+    std::vector<PathClass> unowned;                                                    ///< light that is left out
+    std::vector<PathClass> unneeded;         ///< without an owner either: the scene has no such light, says the node
     std::vector<std::string> missingOutputs; ///< asked for, but made by no node
 
     /// The resource of that name that a running pass uses; null when there is none.

@@ -42,7 +42,7 @@ struct FrameStats {
     uint64_t photons = 0;
     uint64_t nonfinite = 0; ///< pixels whose sample was not finite: dropped and counted
     size_t memoryBytes = 0;
-    std::vector<std::string> unowned; ///< path classes without an owner
+    std::vector<std::string> unowned; ///< path classes that the scene may have and no node computes
 };
 
 struct StartupStats {

@@ -392,6 +392,9 @@ ImageData View::aov(std::string_view name) {
 
 ImageData View::Impl::averagedAov(const graph::Aov& aov) {
     ImageData image{width, height, aov.channels, readPlane<float>("composite.aov." + std::string(aov.name))};
+    for (const graph::PathClass c : executor.graph().unneeded)
+        if (image.pixels.empty() && aov.name == graph::pathClassName(c))
+            image.pixels.resize(size_t{width} * height * aov.channels); // the scene has no such light
     if (image.pixels.empty())
         throw inputError("AOV not produced", std::string(aov.name) + " by technique " + technique->name,
                          "choose another technique, or ask for it before rendering");

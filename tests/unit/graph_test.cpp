@@ -370,6 +370,17 @@ TEST(PathClasses, ACulledNodeOwnsNothing) {
     EXPECT_EQ(graph.owners[1], 1u);
 }
 
+TEST(PathClasses, WhatTheSceneDoesNotHaveIsNotMissing) {
+    const CompiledGraph graph = FakeGraph()
+                                    .node("direct", owner("d.x", {PathClass::Direct}))
+                                    .node("caustics", owner("c.x", {PathClass::Caustic}), Need::no("no casters"))
+                                    .node("other", owner("o.x", {PathClass::Direct}), Need::no("the first does it"))
+                                    .output("d.x")
+                                    .compile();
+    EXPECT_EQ(graph.unneeded, (std::vector{PathClass::Caustic}));
+    EXPECT_EQ(graph.unowned, (std::vector{PathClass::Emission, PathClass::Indirect}));
+}
+
 // ---- hazards ----
 
 TEST(Hazards, EachKindNamesItsResource) {
