@@ -96,7 +96,7 @@ def faceted_sphere(stage, name, center, radius, surface, segments=10):
         for j in range(segments):
             a, b = i * segments + j, i * segments + (j + 1) % segments
             c, d = a + segments, b + segments
-            faces += [[a, b, c]] * (i > 0) * 0 + ([[a, b, d]] if i > 0 else []) + ([[a, d, c]] if i < rows - 1 else [])
+            faces += ([[a, b, d]] if i > 0 else []) + ([[a, d, c]] if i < rows - 1 else [])
     return mesh(stage, name, np.asarray(center) + radius * np.asarray(directions), faces, surface, normals=directions)
 
 
@@ -153,11 +153,8 @@ def objects(path, lens=True):
     return path
 
 
-def sky(path, picture, sun=4.0):
-    """Lights at infinity over glass, a cut-out and a glowing picture.
-
-    picture: where to write the texture; sun: degrees.
-    """
+def sky(path, picture):
+    """Lights at infinity over glass, a cut-out and a glowing picture. `picture`: where to write the texture."""
     texture = spots(picture)
     stage = make_stage(path)
     wall = material(stage, "Wall", diffuseColor=(0.7, 0.7, 0.7))
@@ -170,7 +167,7 @@ def sky(path, picture, sun=4.0):
     quad(stage, "Sign", (1.0, 0.2, -0.8), (1.4, 0, 0.2), (0, 1.0, 0), glow)
     dome = light(stage, "DomeLight", "Sky", 0.7, turn=(0, 40, 0))
     dome.CreateTextureFileAttr(texture)
-    light(stage, "DistantLight", "Sun", 1.5, turn=(-50, 30, 0), angle=sun, normalize=True)
+    light(stage, "DistantLight", "Sun", 1.5, turn=(-50, 30, 0), angle=4, normalize=True)
     light(stage, "DistantLight", "Moon", 30, turn=(-60, -50, 0), angle=8)
     stage.Save()
     return path
@@ -184,7 +181,18 @@ def inside_glass(path):
     sphere(stage, "Around", (0, 1.2, 2.4), 0.8, glass)
     matte = material(stage, "Matte", diffuseColor=(0.3, 0.6, 0.3))
     sphere(stage, "Within", (0.1, 0.95, 2.0), 0.15, matte)
-    light(stage, "SphereLight", "Bulb", 30, (0.8, 2.6, 0.5), radius=0.2)
-    light(stage, "SphereLight", "Spark", 30, (-0.3, 1.4, 2.2), radius=0.03)
+    light(stage, "SphereLight", "Bulb", 10, (0.8, 2.6, 0.5), radius=0.4)
+    light(stage, "SphereLight", "Spark", 4, (-0.3, 1.4, 2.2), radius=0.1)
+    stage.Save()
+    return path
+
+
+def sun_on_glass(path, angle):
+    """A glass ball on a floor in a sun of that many degrees."""
+    stage = make_stage(path)
+    quad(stage, "Floor", (-3, 0, -2), (0, 0, 6), (6, 0, 0), material(stage, "Wall", diffuseColor=(0.7, 0.7, 0.7)))
+    sphere(stage, "Ball", (0, 0.6, 0.5), 0.6, material(stage, "Glass", diffuseColor=(1, 1, 1), ior=1.5, opacity=0.0,
+                                                       roughness=0.0))
+    light(stage, "DistantLight", "Sun", 1.5, turn=(-50, 30, 0), angle=angle, normalize=True)
     stage.Save()
     return path
