@@ -13,17 +13,20 @@ Frame& frameOf(void* frame) { return *static_cast<Frame*>(frame); }
 /// The frame's own set, so that it is written while nothing uses it.
 void bindTopLevel(Device::Impl& device, Frame& frame, const std::string& pipeline) {
     if (!frame.topLevelWritten) {
-        if (!device.topLevel)
+        if (!device.topLevels[0])
             throw runError("no top-level acceleration structure", pipeline, "this is a fault in the program");
-        VkWriteDescriptorSetAccelerationStructureKHR structure{
-            VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET_ACCELERATION_STRUCTURE_KHR};
-        structure.accelerationStructureCount = 1;
-        structure.pAccelerationStructures = &device.topLevel;
-        VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET, &structure};
-        write.dstSet = frame.topLevelSet;
-        write.descriptorCount = 1;
-        write.descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR;
-        vkUpdateDescriptorSets(device.device.handle, 1, &write, 0, nullptr);
+        for (uint32_t binding = 0; binding < device.topLevels.size(); ++binding) {
+            VkWriteDescriptorSetAccelerationStructureKHR structure{
+                VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET_ACCELERATION_STRUCTURE_KHR};
+            structure.accelerationStructureCount = 1;
+            structure.pAccelerationStructures = &device.topLevels[binding];
+            VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET, &structure};
+            write.dstSet = frame.topLevelSet;
+            write.dstBinding = binding;
+            write.descriptorCount = 1;
+            write.descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR;
+            vkUpdateDescriptorSets(device.device.handle, 1, &write, 0, nullptr);
+        }
         frame.topLevelWritten = true;
     }
     vkCmdBindDescriptorSets(frame.commands, VK_PIPELINE_BIND_POINT_COMPUTE, device.pipelines.layout(true), 1, 1,

@@ -132,7 +132,9 @@ std::vector<double> Device::timestamps(Submission submission) const {
     return impl_->frames.timestamps(submission.value);
 }
 
-void Device::setTopLevel(VkAccelerationStructureKHR topLevel) { impl_->topLevel = topLevel; }
+void Device::setTopLevel(VkAccelerationStructureKHR topLevel, VkAccelerationStructureKHR previous) {
+    impl_->topLevels = {topLevel, previous};
+}
 void Device::destroyLater(std::function<void()> destroy) { impl_->retire(std::move(destroy)); }
 size_t Device::memoryInUse() const { return impl_->memory.inUse(); }
 uint32_t Device::validationMessages() const { return impl_->instance.messages(); }

@@ -194,8 +194,9 @@ public:
     /// repeats the one before. Valid after wait and until two more submissions were made.
     std::vector<double> timestamps(Submission submission) const;
 
-    /// The TLAS that ray-query pipelines see (set 1, binding 0), from the next submission's first such dispatch on.
-    void setTopLevel(VkAccelerationStructureKHR topLevel);
+    /// The TLAS that ray-query pipelines see (set 1, binding 0) and that of last frame (binding 1), from the next
+    /// submission's first such dispatch on.
+    void setTopLevel(VkAccelerationStructureKHR topLevel, VkAccelerationStructureKHR previous);
 
     /// Calls `destroy` once every submission that was made, or is being recorded, has completed.
     void destroyLater(std::function<void()> destroy);

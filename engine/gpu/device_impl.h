@@ -7,6 +7,7 @@
 #include "gpu/pipeline_library.h"
 #include "gpu/upload_queue.h"
 
+#include <array>
 #include <deque>
 
 namespace trilume::gpu {
@@ -56,7 +57,7 @@ struct Device::Impl {
     std::deque<Garbage> garbage;
     std::optional<UploadQueue> uploads; ///< made by the Device, whose buffers it uses
     bool recording = false;
-    VkAccelerationStructureKHR topLevel = VK_NULL_HANDLE;
+    std::array<VkAccelerationStructureKHR, 2> topLevels{}; ///< this frame's and last frame's, by binding
 };
 
 struct Buffer::Impl {

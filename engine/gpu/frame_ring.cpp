@@ -34,7 +34,7 @@ FrameRing::FrameRing(const Adapter& adapter, VkDevice device, VkQueue queue, VkD
     check(vkCreateSemaphore(device, &semaphore, nullptr, &timeline_), "vkCreateSemaphore");
 
     if (topLevelLayout) {
-        const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, kFrames};
+        const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 2 * kFrames};
         VkDescriptorPoolCreateInfo pool{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
         pool.maxSets = kFrames;
         pool.poolSizeCount = 1;

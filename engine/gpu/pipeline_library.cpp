@@ -31,11 +31,14 @@ PipelineLibrary::PipelineLibrary(const Adapter& adapter, VkDevice device, VkDesc
       pushBytes_(std::min(adapter.properties.limits.maxPushConstantsSize, kMaximumPushBytes)) {
     plainLayout_ = createLayout({bindless});
     if (adapter.info.rayQuery) {
-        const VkDescriptorSetLayoutBinding binding{0, VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1,
-                                                   VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
+        const auto structure = [](uint32_t binding) {
+            return VkDescriptorSetLayoutBinding{binding, VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1,
+                                                VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
+        };
+        const VkDescriptorSetLayoutBinding bindings[] = {structure(0), structure(1)}; // the scene now, and last frame
         VkDescriptorSetLayoutCreateInfo set{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO};
-        set.bindingCount = 1;
-        set.pBindings = &binding;
+        set.bindingCount = 2;
+        set.pBindings = bindings;
         check(vkCreateDescriptorSetLayout(device, &set, nullptr, &topLevelSetLayout_), "vkCreateDescriptorSetLayout");
         topLevelLayout_ = createLayout({bindless, topLevelSetLayout_});
     }

@@ -22,8 +22,9 @@ std::vector<Pass> askNodes(const CompileInput& input) {
         if (!entry.enabled) {
             pass.state = PassState::Disabled;
             pass.reason = "disabled";
-        } else if (Need need = entry.node->needed(input.facts, input.params); !need.needed) {
-            pass.state = PassState::NotNeeded;
+        } else {
+            Need need = entry.node->needed(input.facts, input.params);
+            if (!need.needed) pass.state = PassState::NotNeeded;
             pass.reason = std::move(need.reason);
         }
     }

@@ -62,7 +62,8 @@ struct SceneFacts {
     glm::vec3 boundsMin{0}, boundsMax{0}; ///< of everything finite, render space, metres; equal where there is nothing
 };
 
-/// A node's answer to "are you needed here?"; the reason shows in the stats and the editor.
+/// A node's answer to "are you needed here?"; the reason shows in the stats and the editor: why not, or, of a node that
+/// runs, what it does not do here.
 struct Need {
     bool needed = true;
     std::string reason;

@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cstring>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace trilume {
 
-/// An array that the device reads, with the host's copy beside it: only the range that differs is uploaded.
+/// An array that the device reads, with the host's copy beside it: only the range that differs is uploaded. What the
+/// device read before the last change stays at its address until the next one.
 /// T is trivially copyable and value-initialised by whoever fills it, so that bytes compare.
 template<class T>
 class DeviceTable {
@@ -25,16 +27,23 @@ public:
         size_t last = values.size();
         if (values.size() == values_.size())
             while (last > first && same(values[last - 1], values_[last - 1])) --last;
+        // The buffer of the time before last lacks the last change and this one.
+        std::swap(buffer_, other_);
+        size_t from = std::min(first, outdatedFirst_), to = std::max(last, outdatedLast_);
         if (!buffer_ || buffer_.size() < values.size() * sizeof(T)) {
             // Grows by half so that adding one at a time does not copy everything each time.
-            const size_t count = buffer_ ? values.size() + values.size() / 2 : values.size();
+            const size_t count =
+                other_ && values.size() > values_.size() ? values.size() + values.size() / 2 : values.size();
             buffer_ = device.createBuffer(count * sizeof(T), gpu::Memory::Device, name_);
-            first = 0;
-            last = values.size();
+            from = 0;
+            to = values.size();
         }
+        outdatedFirst_ = first;
+        outdatedLast_ = last;
         values_ = std::move(values);
-        if (last > first)
-            device.upload(buffer_, first * sizeof(T), std::as_bytes(std::span(values_).subspan(first, last - first)));
+        to = std::min(to, values_.size());
+        if (to > from)
+            device.upload(buffer_, from * sizeof(T), std::as_bytes(std::span(values_).subspan(from, to - from)));
         return true;
     }
 
@@ -47,7 +56,8 @@ private:
 
     std::string name_;
     std::vector<T> values_;
-    gpu::Buffer buffer_;
+    gpu::Buffer buffer_, other_;
+    size_t outdatedFirst_ = 0, outdatedLast_ = 0; ///< of other_
 };
 
 } // namespace trilume

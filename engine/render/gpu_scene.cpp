@@ -5,6 +5,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include <algorithm>
+#include <utility>
 
 namespace trilume {
 
@@ -53,6 +54,16 @@ GpuScene::GpuScene(gpu::Device& device, gpu::Tracer tracer, Scene& scene)
     : device_(device), scene_(scene), materials_(device), accel_(device, tracer) {}
 
 void GpuScene::update() {
+    previousTable_ = table_;
+    retired_.clear();
+    lightsRenumbered_ = false;
+    const bool hasPrevious = std::exchange(complete_, false);
+    followChanges();
+    complete_ = true;
+    if (!hasPrevious) previousTable_ = table_;
+}
+
+void GpuScene::followChanges() {
     scene_.updateTransforms();
     const bool first = !seen_;
     if (first) {
@@ -120,16 +131,21 @@ void GpuScene::updateMesh(const Mesh& mesh, DeviceMesh& device) {
         device.present = !mesh.triangles.empty();
         if (!device.present) return;
         device.accel = accel_.addMesh(mesh.positions, mesh.triangles, mesh.deforming, mesh.name);
-        device.triangles = uploaded(device_, mesh.triangles, mesh.name, "triangles");
-        device.uvs = uploaded(device_, mesh.uvs, mesh.name, "texture coordinates");
-        device.subsets = uploaded(device_, mesh.triangleSubset, mesh.name, "subsets");
+        replace(device.triangles, uploaded(device_, mesh.triangles, mesh.name, "triangles"));
+        replace(device.uvs, uploaded(device_, mesh.uvs, mesh.name, "texture coordinates"));
+        replace(device.subsets, uploaded(device_, mesh.triangleSubset, mesh.name, "subsets"));
     } else if (device.present) {
         accel_.updateMesh(device.accel, mesh.positions);
     }
     if (!device.present) return;
-    device.positions = uploaded(device_, mesh.positions, mesh.name, "positions");
-    device.normals = uploaded(device_, mesh.normals, mesh.name, "normals");
+    replace(device.positions, uploaded(device_, mesh.positions, mesh.name, "positions"));
+    replace(device.normals, uploaded(device_, mesh.normals, mesh.name, "normals"));
     device.balls = ballsOfSubsets(mesh);
+}
+
+void GpuScene::replace(gpu::Buffer& buffer, gpu::Buffer replacement) {
+    if (buffer) retired_.push_back(std::move(buffer));
+    buffer = std::move(replacement);
 }
 
 uint32_t GpuScene::addInstance(Draft& draft, uint32_t shape, uint32_t mesh, const WorldTransform& transform,
@@ -171,6 +187,27 @@ uint32_t GpuScene::stableId(Entity entity, uint32_t count) {
         nextLightId_ += count;
     }
     return it->second.first;
+}
+
+void GpuScene::matchLights(std::span<const shared::Light> previous, std::span<const shared::Light> current) {
+    // A light that becomes another kind has another sample space: to the frames around the change, another light.
+    const auto identity = [](const shared::Light& light) {
+        const bool oneDirection = light.kind == shared::kLightDistant && !(light.radius > 0);
+        return uint64_t{light.id} << 8 | uint64_t{light.kind} << 1 | uint64_t{oneDirection};
+    };
+    lightsRenumbered_ = !std::ranges::equal(previous, current, {}, identity, identity);
+    if (!lightsRenumbered_) return;
+    std::unordered_map<uint64_t, uint32_t> places;
+    for (uint32_t i = 0; i < previous.size(); ++i) places.emplace(identity(previous[i]), i);
+    std::vector<uint32_t> currentOf(previous.size(), kNone), previousOf(current.size(), kNone);
+    for (uint32_t i = 0; i < current.size(); ++i) {
+        const auto place = places.find(identity(current[i]));
+        if (place == places.end()) continue;
+        previousOf[i] = place->second;
+        currentOf[place->second] = i;
+    }
+    currentLight_.assign(device_, std::move(currentOf));
+    previousLight_.assign(device_, std::move(previousOf));
 }
 
 const GpuScene::LightTexture* GpuScene::lightTexture(TextureId texture, LightKind kind, uint32_t& distribution) {
@@ -295,6 +332,7 @@ void GpuScene::updateInstances() {
     facts_.lights = static_cast<uint32_t>(lights.lights.size());
     updateFacts(draft);
     casters_.assign(device_, findCasters(draft));
+    matchLights(lights_.values(), lights.lights);
     const bool lightsChanged = lights_.assign(device_, std::move(lights.lights));
     if (lightsChanged) facts_.changedLights = facts_.lights;
     alias_.assign(device_, std::move(lights.alias));

@@ -24,13 +24,21 @@ public:
     /// Brings transforms, assets, instances, lights and acceleration structures up to date.
     void update();
 
-    /// Before each submission that traces rays.
-    void use() const { accel_.use(); }
+    /// Before each submission that traces rays; `previous`: what last frame traced is last update's, else it is this
+    /// one's.
+    void use(bool previous) const { accel_.use(previous); }
 
     Scene& scene() { return scene_; }
     /// Render space is world space minus this.
     glm::dvec3 origin() const { return origin_; }
     const shared::SceneTable& table() const { return table_; }
+    /// As it was before the last update; what it names stays until the next one.
+    const shared::SceneTable& previousTable() const { return previousTable_; }
+    /// Whether the last update changed the places of lights in the table, and where they went: of each light in
+    /// previousTable() its index in table(), and the reverse; kNone where it was removed or added.
+    bool lightsRenumbered() const { return lightsRenumbered_; }
+    VkDeviceAddress currentLight() const { return currentLight_.address(); }
+    VkDeviceAddress previousLight() const { return previousLight_.address(); }
     const graph::SceneFacts& facts() const { return facts_; }
     const GpuMaterials& materials() const { return materials_; }
     /// Of the last update.
@@ -56,6 +64,7 @@ private:
         std::vector<EmissiveMeshInput> emissive;
     };
 
+    void followChanges();
     bool updateMeshes();
     void updateMesh(const Mesh& mesh, DeviceMesh& device);
     void updateInstances();
@@ -72,6 +81,9 @@ private:
     /// The texture's importance-sampled density, with its index in the device's table; null without a texture.
     const LightTexture* lightTexture(TextureId texture, LightKind kind, uint32_t& distribution);
     uint32_t stableId(Entity entity, uint32_t count);
+    void matchLights(std::span<const shared::Light> previous, std::span<const shared::Light> current);
+    /// Keeps the old buffer for the frame that looks back.
+    void replace(gpu::Buffer& buffer, gpu::Buffer replacement);
 
     gpu::Device& device_;
     Scene& scene_;
@@ -79,6 +91,7 @@ private:
     rt::SceneAccel accel_;
     glm::dvec3 origin_{0};
     std::optional<Tick> seen_;
+    bool complete_ = false; ///< the last update did not fail
     uint64_t revision_ = 0;
 
     std::vector<DeviceMesh> meshes_;
@@ -102,8 +115,12 @@ private:
     /// Lights keep their ids from frame to frame; an emissive mesh takes one for each triangle.
     std::unordered_map<uint64_t, std::pair<uint32_t, uint32_t>> lightIds_;
     uint32_t nextLightId_ = 0;
+    bool lightsRenumbered_ = false;
+    DeviceTable<uint32_t> currentLight_{"lights since last frame"};
+    DeviceTable<uint32_t> previousLight_{"lights in last frame"};
 
-    shared::SceneTable table_{};
+    std::vector<gpu::Buffer> retired_; ///< of meshes, in last update
+    shared::SceneTable table_{}, previousTable_{};
     graph::SceneFacts facts_;
 };
 

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstring>
 #include <deque>
 #include <set>
@@ -20,6 +21,12 @@ namespace {
 
 constexpr uint32_t kFramesInFlight = 2;
 
+/// As it lies in device memory: the constants and what they point to.
+struct FrameData {
+    shared::FrameConstants constants;
+    shared::SceneTable previousScene;
+};
+
 } // namespace
 
 struct View::Impl {
@@ -27,8 +34,7 @@ struct View::Impl {
         : engine(engine), shared(engineImpl), device(engine.device()), gpuScene(device, engine.tracer(), scene),
           executor(device), params(engine.registry().params()), width(width), height(height) {
         for (FrameSlot& slot : slots) {
-            slot.constants =
-                device.createBuffer(sizeof(shared::FrameConstants), gpu::Memory::Upload, "frame constants");
+            slot.constants = device.createBuffer(sizeof(FrameData), gpu::Memory::Upload, "frame constants");
             slot.counters =
                 device.createBuffer(shared::kCounterCount * sizeof(uint32_t), gpu::Memory::Readback, "frame counters");
         }
@@ -44,7 +50,7 @@ struct View::Impl {
     void buildGraph();
     bool graphIsCurrent() const;
     std::vector<std::pair<std::string, std::string>> shaderDefines() const;
-    void fillConstants(shared::FrameConstants& constants, const FrameSlot& slot, uint32_t sampleIndex);
+    FrameData frameData(const FrameSlot& slot, uint32_t sampleIndex) const;
     /// `dry`: every thread ends at once, but drivers compile what frames will use.
     void submitFrame(uint32_t sampleIndex, bool dry = false);
     void collect(FrameSlot& slot);
@@ -86,6 +92,7 @@ struct View::Impl {
     graph::SceneFacts facts;                     ///< of the scene, and of this view's camera
     std::optional<shared::Camera> pictureCamera; ///< of this picture
     shared::Camera previousCamera{};             ///< of the picture before
+    bool followsChange = false;                  ///< the next frame is the first since something changed
     rt::AccelStats builds;                       ///< since the last picture
     FrameStats stats;
 };
@@ -208,8 +215,9 @@ std::vector<std::pair<std::string, std::string>> View::Impl::shaderDefines() con
     return defines;
 }
 
-void View::Impl::fillConstants(shared::FrameConstants& constants, const FrameSlot& slot, uint32_t sampleIndex) {
-    constants = {};
+FrameData View::Impl::frameData(const FrameSlot& slot, uint32_t sampleIndex) const {
+    FrameData data{};
+    shared::FrameConstants& constants = data.constants;
     constants.scene = gpuScene.table();
     constants.camera = *pictureCamera;
     constants.previousCamera = previousCamera;
@@ -222,15 +230,23 @@ void View::Impl::fillConstants(shared::FrameConstants& constants, const FrameSlo
     if (params.getChoice("light.selection") == "uncompensated") constants.flags |= shared::kFrameUncompensated;
     constants.counters = slot.counters.address();
     if (gpuScene.materials().specular()) constants.bsdfTables = shared.bsdfTables();
+    data.previousScene = followsChange ? gpuScene.previousTable() : gpuScene.table();
+    constants.previousScene = slot.constants.address() + offsetof(FrameData, previousScene);
+    if (followsChange) constants.flags |= shared::kFrameChanged;
+    if (followsChange && gpuScene.lightsRenumbered()) {
+        constants.flags |= shared::kFrameLightsRenumbered;
+        constants.currentLight = gpuScene.currentLight();
+        constants.previousLight = gpuScene.previousLight();
+    }
+    return data;
 }
 
 void View::Impl::submitFrame(uint32_t sampleIndex, bool dry) {
     FrameSlot& slot = slots[frameIndex % kFramesInFlight];
     collect(slot);
-    shared::FrameConstants constants;
-    fillConstants(constants, slot, sampleIndex);
-    if (dry) constants.width = constants.height = 0;
-    std::memcpy(slot.constants.mapped(), &constants, sizeof(constants));
+    FrameData data = frameData(slot, sampleIndex);
+    if (dry) data.constants.width = data.constants.height = 0;
+    std::memcpy(slot.constants.mapped(), &data, sizeof(data));
     std::memset(slot.counters.mapped(), 0, slot.counters.size());
 
     const auto defines = shaderDefines();
@@ -245,9 +261,10 @@ void View::Impl::submitFrame(uint32_t sampleIndex, bool dry) {
                                 specialised.defines.insert(specialised.defines.end(), defines.begin(), defines.end());
                                 return shared.pipeline(specialised);
                             }};
-    gpuScene.use();
+    gpuScene.use(followsChange);
     slot.submission = device.submit([&](gpu::Commands& commands) { executor.record(commands, input); });
     slot.pending = true;
+    followsChange = false;
     ++frameIndex;
     repeats = true;
 }
@@ -290,6 +307,7 @@ void View::Impl::syncScene() {
     facts = gpuScene.facts();
     facts.cameraMoved = std::memcmp(&previousCamera, &now, sizeof(now)) != 0;
     repeats = false;
+    followsChange = facts.sceneChanged || facts.cameraMoved;
 }
 
 double View::prepare() {

@@ -175,11 +175,14 @@ void SceneAccel::setInstances(std::span<const InstanceInput> instances) {
     state.stats.buildMs += watch.ms();
 }
 
-void SceneAccel::use() const { state_->backend->use(); }
+void SceneAccel::use(bool previous) const { state_->backend->use(previous); }
 VkDeviceAddress SceneAccel::topNodes() const { return state_->backend->topNodes(); }
 VkDeviceAddress SceneAccel::topInstances() const { return state_->backend->topInstances(); }
 
-void SceneAccel::beginUpdate() { state_->stats = {}; }
+void SceneAccel::beginUpdate() {
+    state_->stats = {};
+    state_->backend->beginUpdate();
+}
 const AccelStats& SceneAccel::stats() const { return state_->stats; }
 
 } // namespace trilume::rt

@@ -75,12 +75,14 @@ public:
     /// instances.
     void setInstances(std::span<const InstanceInput> instances);
     /// Makes this scene the one that ray queries of the next submission trace: a device knows one at a time.
-    void use() const;
+    /// `previous`: last frame's structure is that before the last update, else this one.
+    void use(bool previous = false) const;
     /// Device addresses for shared::SceneTable; 0 with the query tracer.
     VkDeviceAddress topNodes() const;
     VkDeviceAddress topInstances() const;
 
-    /// Counts anew from here.
+    /// Counts anew from here. What the structures were until now stays in place through this update, for frames that
+    /// look back.
     void beginUpdate();
     const AccelStats& stats() const;
 

@@ -26,13 +26,15 @@ struct PlacedInstance {
 class AccelBackend {
 public:
     virtual ~AccelBackend() = default;
+    /// What was replaced before this may go; what is replaced from here on stays until the next call.
+    virtual void beginUpdate() = 0;
     virtual void build(uint32_t slot, const MeshInput& mesh) = 0;
     /// The same triangles with new positions; false, with the slot unchanged in use, when building anew is due.
     virtual bool refit(uint32_t slot, const MeshInput& mesh) = 0;
     virtual void remove(uint32_t slot) = 0;
     virtual MeshAccelAddresses addresses(uint32_t slot) const = 0;
     virtual void buildTop(std::span<const PlacedInstance> instances) = 0;
-    virtual void use() = 0;
+    virtual void use(bool previous) = 0;
     virtual VkDeviceAddress topNodes() const = 0;
     virtual VkDeviceAddress topInstances() const = 0;
 };

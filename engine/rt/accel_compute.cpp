@@ -1,6 +1,8 @@
 // The compute tracer's structures: our own BVH, built on the CPU.
 #include "rt/accel_backend.h"
 
+#include <utility>
+
 namespace trilume::rt {
 namespace {
 
@@ -10,6 +12,8 @@ constexpr float kDecay = 1.5f;
 class ComputeBackend final : public AccelBackend {
 public:
     explicit ComputeBackend(gpu::Device& device) : device_(device) {}
+
+    void beginUpdate() override { retired_.clear(); }
 
     void build(uint32_t slot, const MeshInput& mesh) override {
         if (slot >= meshes_.size()) meshes_.resize(slot + 1);
@@ -28,10 +32,15 @@ public:
         return true;
     }
 
-    void remove(uint32_t slot) override { meshes_[slot] = {}; }
+    void remove(uint32_t slot) override {
+        Mesh& m = meshes_[slot];
+        retired_.push_back(std::move(m.nodes.current));
+        retired_.push_back(std::move(m.triangles.current));
+        m = {};
+    }
 
     MeshAccelAddresses addresses(uint32_t slot) const override {
-        return {meshes_[slot].nodes.address(), meshes_[slot].triangles.address()};
+        return {meshes_[slot].nodes.current.address(), meshes_[slot].triangles.current.address()};
     }
 
     void buildTop(std::span<const PlacedInstance> instances) override {
@@ -47,16 +56,20 @@ public:
         store<uint32_t>(topInstances_, bvh.order, "top-level BVH");
     }
 
-    void use() override {} // the scene table names its structure
+    void use(bool) override {} // the scene tables name their structures
 
-    VkDeviceAddress topNodes() const override { return topNodes_.address(); }
-    VkDeviceAddress topInstances() const override { return topInstances_.address(); }
+    VkDeviceAddress topNodes() const override { return topNodes_.current.address(); }
+    VkDeviceAddress topInstances() const override { return topInstances_.current.address(); }
 
 private:
+    /// Updates take turns, so that the last one's data outlives the next.
+    struct Pair {
+        gpu::Buffer current, other;
+    };
     struct Mesh {
         Bvh bvh; ///< kept for deforming meshes
         float builtCost = 0.0f;
-        gpu::Buffer nodes, triangles;
+        Pair nodes, triangles;
     };
 
     void upload(Mesh& m, const MeshInput& mesh) {
@@ -73,9 +86,11 @@ private:
         store<shared::LeafTriangle>(m.triangles, triangles, mesh.name);
     }
 
-    /// Puts the data into the buffer, or into a new one where it does not fit.
+    /// Puts the data into the other buffer, or into a new one where it does not fit.
     template<class T>
-    void store(gpu::Buffer& buffer, std::span<const T> data, std::string_view what) {
+    void store(Pair& pair, std::span<const T> data, std::string_view what) {
+        std::swap(pair.current, pair.other);
+        gpu::Buffer& buffer = pair.current;
         if (data.size_bytes() > buffer.size() || !buffer) {
             buffer = device_.createBuffer(data.size_bytes(), gpu::Memory::Device, what);
         }
@@ -84,7 +99,8 @@ private:
 
     gpu::Device& device_;
     std::vector<Mesh> meshes_;
-    gpu::Buffer topNodes_, topInstances_;
+    Pair topNodes_, topInstances_;
+    std::vector<gpu::Buffer> retired_;
 };
 
 } // namespace

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace trilume::rt {
 namespace {
@@ -104,11 +105,17 @@ public:
         scratchAlignment_ = std::max<size_t>(limits.minAccelerationStructureScratchOffsetAlignment, 1);
     }
 
-    ~QueryBackend() override { device_.setTopLevel(VK_NULL_HANDLE); }
+    ~QueryBackend() override { device_.setTopLevel(VK_NULL_HANDLE, VK_NULL_HANDLE); }
+
+    void beginUpdate() override {
+        retired_.clear();
+        previousTop_ = {};
+    }
 
     void build(uint32_t slot, const MeshInput& mesh) override {
         if (slot >= meshes_.size()) meshes_.resize(slot + 1);
         Mesh& m = meshes_[slot];
+        retired_.push_back(std::move(m.structure));
         m = {};
         if (mesh.usable.usable == 0) return;
         // What can't be hit keeps its number, as a triangle without area.
@@ -135,16 +142,19 @@ public:
         device_.upload(m.vertices, 0, std::as_bytes(std::span(positions)));
         if (isQueued(slot)) return true; // its build will see the new positions
         Build build = meshBuild(m);
+        // Into a structure of its own: last frame's stays as it was.
+        Structure refitted = make(build, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, mesh.name, m.updateScratch);
         build.info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
         build.info.srcAccelerationStructure = m.structure.handle();
-        build.info.dstAccelerationStructure = m.structure.handle();
         build.scratchBytes = m.updateScratch;
+        retired_.push_back(std::exchange(m.structure, std::move(refitted)));
         queue(slot, build);
         return true;
     }
 
     void remove(uint32_t slot) override {
         std::erase_if(queued_, [slot](const Queued& q) { return q.slot == slot; });
+        retired_.push_back(std::move(meshes_[slot].structure));
         meshes_[slot] = {};
     }
 
@@ -169,12 +179,15 @@ public:
         build.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
         build.primitives = static_cast<uint32_t>(records.size());
         size_t updateScratch = 0;
+        if (top_) previousTop_ = std::move(top_);
         top_ = make(build, build.info.type, "top-level structure", updateScratch);
         submit(build);
-        use();
+        use(false);
     }
 
-    void use() override { device_.setTopLevel(top_.handle()); }
+    void use(bool previous) override {
+        device_.setTopLevel(top_.handle(), previous && previousTop_ ? previousTop_.handle() : top_.handle());
+    }
 
     VkDeviceAddress topNodes() const override { return 0; }
     VkDeviceAddress topInstances() const override { return 0; }
@@ -342,7 +355,8 @@ private:
     std::vector<Queued> queued_;
     std::array<Structure, kShapes> shapes_;
     gpu::Buffer shapeBoxes_, instances_;
-    Structure top_;
+    Structure top_, previousTop_;
+    std::vector<Structure> retired_; ///< bottom levels that previousTop_ may name
 };
 
 } // namespace

@@ -8,7 +8,11 @@
 #include "shared/frame.h"
 
 #define TL_FRAME push.frame.v[0]
+#ifdef TL_LAST_FRAME // the pass looks at the scene as it was
+#define TL_SCENE push.frame.v[0].previousScene.v[0]
+#else
 #define TL_SCENE push.frame.v[0].scene
+#endif
 #define TL_BSDF_TABLES push.frame.v[0].bsdfTables
 
 layout(set = 0, binding = 0) uniform sampler2D textures[];

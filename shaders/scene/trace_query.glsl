@@ -7,7 +7,11 @@
 #include "lib/intersect/shapes.glsl"
 #include "shared/scene.h"
 
+#ifdef TL_LAST_FRAME
+layout(set = 1, binding = 1) uniform accelerationStructureEXT topLevel;
+#else
 layout(set = 1, binding = 0) uniform accelerationStructureEXT topLevel;
+#endif
 
 // Vulkan instances carry the scene's instance as custom index and its shape as shader-table offset, which nothing else uses.
 bool queryScene(vec3 origin, vec3 direction, float tMin, float tMax, uint mask, uint rayFlags, out Hit hit) {

@@ -38,10 +38,17 @@ struct FrameConstants {
     uint flags;              // kFrame*
     TL_REF(uint) counters;   // kCounter*
     TL_REF(uint) bsdfTables; // shared/bsdf_tables.h
+    // Last frame, for what is reused from it. Of the frames averaged into one picture only the first follows a change:
+    // to the others (without kFrameChanged) last frame was like this one, and previousScene is the same as scene.
+    TL_REF(SceneTable) previousScene;
+    TL_REF(uint) currentLight;  // of a light of previousScene, its index in scene; kNone: gone
+    TL_REF(uint) previousLight; // the reverse; both with kFrameLightsRenumbered, else lights keep their places
 };
 
 TL_CONST uint kFrameSobol = 1;         // sampler.sequence = sobol
 TL_CONST uint kFrameUncompensated = 2; // light.selection = uncompensated
+TL_CONST uint kFrameChanged = 4;       // the scene or the camera is not as it was last frame
+TL_CONST uint kFrameLightsRenumbered = 8;
 
 TL_CONST uint kCounterRays = 0;
 TL_CONST uint kCounterNonfinite = 1; // pixels whose sample was not finite
