@@ -5,6 +5,7 @@
 #include "scene/bindings.glsl"
 
 #include "lib/light/light.glsl"
+#include "lib/light/local.glsl"
 #include "lib/mis.glsl"
 #include "lib/rng.glsl"
 #include "scene/surface.glsl"
@@ -19,6 +20,7 @@ struct DirectSample {
     vec3 normal;         // of the light at the sampled point, unit
     float extent;        // of the light, for offsets
     uint light;
+    vec2 uv;             // of the sampled point, light-local (lib/light/local.glsl)
 };
 
 // Whether textures or cut-outs make a light's emission vary: then its material knows.
@@ -34,27 +36,13 @@ vec3 hitEmission(Hit hit) {
     return opacity * loadEmission(m, emitter, 0.0);
 }
 
-// Emission at the point that was sampled from `position`.
-vec3 materialRadiance(Light light, vec3 position, LightSample s) {
-    Hit hit;
-    hit.t = s.distance;
-    hit.instance = light.instance;
-    hit.primitive = light.image;
-    hit.uv = s.uv;
-    completeHit(hit, position, s.wi);
-    return hitEmission(hit);
-}
-
 // Bound on the light's coordinates about its position, for ray offsets.
 float lightExtent(Light light) { return maxComponent(abs(light.axisU) + abs(light.axisV)) + light.radius; }
 
-// One light by the alias table, one direction towards it.
-DirectSample sampleDirect(vec3 position, inout Sampler rng) {
+DirectSample directSample(uint index, Light light, LightSample s) {
     DirectSample d;
-    d.pdfSolidAngle = 0.0;
-    d.light = lightSelect(TL_SCENE.lightAlias, TL_SCENE.lightCount, sampleBits(rng));
-    const Light light = TL_SCENE.lights.v[d.light];
-    const LightSample s = lightSample(light, TL_SCENE.distributions, position, sample2D(rng));
+    d.light = index;
+    d.uv = lightLocalUv(light, s);
     d.wi = s.wi;
     d.distance = s.distance;
     d.radiance = s.radiance;
@@ -62,11 +50,31 @@ DirectSample sampleDirect(vec3 position, inout Sampler rng) {
     d.normal = s.normal;
     d.extent = lightExtent(light);
 #if TL_TEXTURES || TL_CUTOUTS
-    if (emissionVaries(light) && s.pdfSolidAngle > 0.0) d.radiance = materialRadiance(light, position, s);
+    if (emissionVaries(light) && s.pdfSolidAngle > 0.0)
+        d.radiance = hitEmission(Hit(s.distance, light.instance, light.image, s.uv));
 #endif
-    d.pdfSolidAngle = s.pdfSolidAngle * light.selection;
+    d.pdfSolidAngle = s.pdfSolidAngle;
     return d;
 }
+
+// One light by the alias table, one direction towards it.
+DirectSample sampleDirect(vec3 position, inout Sampler rng) {
+    const uint index = lightSelect(TL_SCENE.lightAlias, TL_SCENE.lightCount, sampleBits(rng));
+    const Light light = TL_SCENE.lights.v[index];
+    DirectSample d = directSample(index, light, lightSample(light, TL_SCENE.distributions, position, sample2D(rng)));
+    d.pdfSolidAngle *= light.selection;
+    return d;
+}
+
+// A given place on a given light. pdfSolidAngle is that of a density of 1 per uv: radiance / pdfSolidAngle is to be
+// multiplied by an unbiased contribution weight per uv.
+DirectSample directSampleAt(vec3 position, uint index, vec2 uv) {
+    const Light light = TL_SCENE.lights.v[index];
+    return directSample(index, light, lightSampleAt(light, position, uv));
+}
+
+// Light-local coordinates of a completed hit on the light's surface.
+vec2 lightUvOfHit(Light light, Hit hit) { return light.kind == kLightRect ? rectTextureFromEdges(hit.uv) : hit.uv; }
 
 // The paper divides by the density on the light but not by the probability of having chosen it: with N equal lights its
 // picture is N times too dark. Kept reproducible as light.selection = uncompensated.

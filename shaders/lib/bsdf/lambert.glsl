@@ -10,6 +10,7 @@ Bsdf bsdfPrepare(BsdfParams p, vec3 wo, bool frontSide, uint transport) { return
 
 bool bsdfHasSmooth(Bsdf b) { return !isBlack(b.albedo); }
 float bsdfDeltaProbability(Bsdf b) { return 0.0; }
+float bsdfSharpestRoughness(Bsdf b) { return 1.0; }
 vec3 bsdfAlbedo(Bsdf b) { return b.albedo; }
 vec3 bsdfSmoothAlbedo(Bsdf b) { return b.albedo; }
 vec3 bsdfCosineAlbedo(Bsdf b) { return b.albedo; }

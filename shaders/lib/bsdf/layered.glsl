@@ -238,6 +238,15 @@ bool bsdfHasSmooth(Bsdf b) {
     return b.pCosine > 0.0 || (b.alpha > 0.0 && b.pInterface > 0.0) || (!coatIsDelta(b) && b.pCoat > 0.0);
 }
 
+// Perceptual roughness of the sharpest lobe that is no delta; the cosine lobe's is 1.
+float bsdfSharpestRoughness(Bsdf b) {
+    float roughness = b.alpha > 0.0 && b.pInterface > 0.0 ? b.roughness : 1.0;
+#if TL_BSDF_CLEARCOAT
+    if (!coatIsDelta(b) && b.pCoat > 0.0) roughness = min(roughness, b.coatRoughness);
+#endif
+    return roughness;
+}
+
 // Approximate directional albedo, for demodulation.
 vec3 bsdfAlbedo(Bsdf b) { return b.albedo; }
 // The same without delta lobes, and of the cosine lobe's reflection alone: what they send towards wo of light that comes from

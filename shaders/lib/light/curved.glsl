@@ -5,6 +5,7 @@
 
 #include "lib/light/numeric.glsl"
 #include "lib/light/sample.glsl"
+#include "lib/octahedral.glsl"
 #include "lib/sampling.glsl"
 
 // world = centre + scale * worldFromLocal * local, worldFromLocal of order 1 (for round shapes a rotation).
@@ -32,13 +33,12 @@ float solidAngleJacobian(LightFrame f, vec3 wi) {
     return 1.0 / (stretch * stretch * stretch * f.determinant);
 }
 
-LightSample curvedSample(Light light, LightFrame f, vec3 localToPoint, vec3 localNormal, float pdfLocal) {
+LightSample curvedSample(Light light, LightFrame f, vec3 localToPoint, vec3 localNormal, float pdfLocal, vec2 uv) {
     const vec3 toPoint = f.worldFromLocal * localToPoint;
     const float distance = length(toPoint);
     const vec3 wi = toPoint / distance;
     const vec3 normal = normalize(localNormal * f.localFromWorld);
-    return LightSample(wi, distance * f.scale, light.radiance, pdfLocal * solidAngleJacobian(f, wi), false, normal,
-                       vec2(0.0));
+    return LightSample(wi, distance * f.scale, light.radiance, pdfLocal * solidAngleJacobian(f, wi), false, normal, uv);
 }
 
 // ---- Sphere: uniform in the cone that it fills --------------------------------------------------
@@ -65,7 +65,7 @@ LightSample sphereSample(Light light, vec3 position, vec2 u) {
     // The point hit, from its offset across the line of sight: the difference to a far eye would lose it.
     const vec2 across = t * inCone.xy;
     const vec3 point = basisAround(-f.eye / d) * vec3(across, -safeSqrt(1.0 - dot(across, across)));
-    return curvedSample(light, f, point - f.eye, point, pdfSolidAngleCone(oneMinusCos));
+    return curvedSample(light, f, point - f.eye, point, pdfSolidAngleCone(oneMinusCos), octahedralEncode(point));
 }
 
 float spherePdf(Light light, vec3 from, vec3 wi) {
@@ -123,8 +123,9 @@ LightSample diskSample(Light light, vec3 position, vec2 u) {
     const LightFrame f = diskFrame(light, position);
     if (!(f.eye.z > 0.0)) return kNoLight;
     if (length(f.eye) > kDiskFar) {
-        const vec3 toPoint = vec3(sampleDisk(u), 0.0) - f.eye;
-        return curvedSample(light, f, toPoint, vec3(0, 0, 1), farDiskPdf(toPoint));
+        const vec2 point = sampleDisk(u);
+        const vec3 toPoint = vec3(point, 0.0) - f.eye;
+        return curvedSample(light, f, toPoint, vec3(0, 0, 1), farDiskPdf(toPoint), point);
     }
     const DiskView v = diskView(f.eye);
     // tan(a0 + angle) by the addition theorem, relative to the first chord.
@@ -139,7 +140,7 @@ LightSample diskSample(Light light, vec3 position, vec2 u) {
     const float x = clamp(distance * sine / safeSqrt(oneMinusSine * (1.0 + abs(sine))), -halfChord, halfChord);
 
     const vec2 onDisk = (h - 1.0) * v.axis + x * vec2(-v.axis.y, v.axis.x);
-    return curvedSample(light, f, vec3(onDisk, 0.0) - f.eye, vec3(0, 0, 1), 0.5 / (v.angleRange * sineEnd));
+    return curvedSample(light, f, vec3(onDisk, 0.0) - f.eye, vec3(0, 0, 1), 0.5 / (v.angleRange * sineEnd), onDisk);
 }
 
 float diskPdf(Light light, vec3 from, vec3 point, vec3 wi) {
@@ -200,7 +201,8 @@ LightSample cylinderSample(Light light, vec3 position, vec2 u) {
     const float x = clamp(distance * sine / safeSqrt((1.0 - sine) * (1.0 + sine)), v.x0, v.x1);
     const float across = distance * cosSin.y;
     const vec2 point = across * vec2(-v.toAxis.y, v.toAxis.x) - safeSqrt((1.0 - across) * (1.0 + across)) * v.toAxis;
-    return curvedSample(light, f, vec3(x, point - f.eye.yz), vec3(0.0, point), 0.5 / (v.halfAngle * range));
+    const vec2 uv = vec2((x - v.x0) / (v.x1 - v.x0), accurateAtan2(point.y, point.x) * kInvTwoPi + 0.5);
+    return curvedSample(light, f, vec3(x, point - f.eye.yz), vec3(0.0, point), 0.5 / (v.halfAngle * range), uv);
 }
 
 float cylinderPdf(Light light, vec3 from, vec3 wi) {

@@ -19,7 +19,8 @@ struct LightSample {
     float pdfSolidAngle; // of wi; delta: 1; 0: no light reaches the receiver
     bool delta;          // wi is the only direction
     vec3 normal;         // unit, on the emitting side at the sampled point; dome, distant: -wi
-    vec2 uv;             // rect, dome: texture coordinates; triangle: barycentrics of corners 1 and 2; else 0
+    vec2 uv;             // rect, dome: texture coordinates; triangle: barycentrics of corners 1 and 2; disk, sphere and
+                         // cylinder: as a completed hit has it (scene/surface.glsl); distant: 0
 };
 
 const LightSample kNoLight = LightSample(vec3(0, 0, 1), 0.0, vec3(0), 0.0, false, vec3(0, 0, -1), vec2(0));
