@@ -14,6 +14,7 @@
 #include "shared/light.h"
 #include "shared/material.h"
 #include "shared/passes.h"
+#include "shared/restir_di.h"
 #include "shared/scene.h"
 #include "shared/visibility.h"
 
@@ -52,7 +53,7 @@ const std::map<std::string, StructLayout> kHostLayouts = {
     TL_LAYOUT(Camera, position, lensRadius, filmCorner, focusDistance, filmU, nearClip, filmV, farClip, right, filmArea,
               up, pixelAngle, forward, padding),
     TL_LAYOUT(FrameConstants, scene, camera, previousCamera, width, height, frameIndex, sampleIndex, seed, flags,
-              counters, bsdfTables),
+              counters, bsdfTables, previousScene, currentLight, previousLight),
     TL_LAYOUT(Light, kind, instance, image, distribution, radiance, selection, position, area, axisU, radius, axisV,
               cosHalfAngle, normal, id),
     TL_LAYOUT(AliasEntry, threshold, alias),
@@ -100,6 +101,10 @@ const std::map<std::string, StructLayout> kHostLayouts = {
               budget, restart),
     TL_LAYOUT(ProbeUpdatePush, frame, volume, list, rays, causticCache, raysPerProbe, groups, flags, tolerance),
     TL_LAYOUT(ProbeGatherPush, frame, points, volume, causticCache, indirect),
+    TL_LAYOUT(Reservoir, light, uv, weight, target, confidence, normal, depth),
+    TL_LAYOUT(TemporalNeighbor, pixel, target),
+    TL_LAYOUT(RestirPush, frame, points, previousPoints, previous, neighbors, merged, final, direct, lightCandidates,
+              bsdfCandidates, bsdfRoughness, maxHistory, spatialNeighbors, radius, history, padding),
     TL_LAYOUT(VisibilityPush, frame, points, emission, albedo, normal, depth, motion, maxBounces, flags),
 };
 

@@ -1,0 +1,84 @@
+#include "restir_di.h"
+
+#include "shared/restir_di.h"
+
+namespace trilume {
+
+namespace {
+
+/// So few lights need no choice among them: every candidate is as good as what reuse would find (README.md, Cost).
+constexpr uint32_t kFewLights = 2;
+
+bool fewLights(const graph::SceneFacts& facts) { return facts.lights <= kFewLights && !facts.environment; }
+
+} // namespace
+
+RestirDiNode::Choice RestirDiNode::choose(const graph::SceneFacts& facts, const ParamSet& params) {
+    const std::string& wanted = params.getChoice("restir_di.reuse");
+    if (wanted == "off") return {Reuse::Off, ""};
+    if (wanted == "temporal") return {Reuse::Temporal, ""};
+    if (wanted == "spatiotemporal") return {Reuse::Spatiotemporal, ""};
+    if (fewLights(facts)) return {Reuse::Off, "no reuse: too few lights to gain by it"};
+    return {Reuse::Spatiotemporal, ""};
+}
+
+graph::Need RestirDiNode::needed(const graph::SceneFacts& facts, const ParamSet& params) const {
+    if (facts.lights == 0) return graph::Need::no("no lights");
+    return {true, choose(facts, params).reason};
+}
+
+void RestirDiNode::declare(graph::Builder& builder) {
+    builder.owns(graph::PathClass::Direct);
+    reuse_ = choose(builder.facts(), builder.params()).reuse;
+    points_ = builder.findPlane("visibility.points");
+    builder.read(points_);
+    direct_ = builder.createPlane("restir_di.direct", sizeof(glm::vec3));
+    previousPoints_ = merged_ = neighbors_ = {};
+    reservoirs_ = {};
+    if (reuse_ == Reuse::Off) return;
+    previousPoints_ = builder.findPlane("visibility.points.previous");
+    builder.read(previousPoints_);
+    merged_ = builder.createPlane("restir_di.merged", sizeof(shared::Reservoir));
+    neighbors_ = builder.createPlane("restir_di.neighbors", sizeof(shared::TemporalNeighbor));
+    reservoirs_ = builder.historyPlane("restir_di.reservoirs", sizeof(shared::Reservoir));
+}
+
+void RestirDiNode::execute(graph::FrameContext& context) {
+    const graph::Resources& resources = context.resources;
+    const ParamSet& params = context.params;
+    const bool spatial = reuse_ == Reuse::Spatiotemporal;
+    const bool history = resources.historyValid(reservoirs_.previous) && resources.historyValid(previousPoints_);
+    shared::RestirPush push{};
+    push.frame = context.frame;
+    push.points = resources.address(points_);
+    push.previousPoints = resources.address(previousPoints_);
+    push.previous = resources.address(reservoirs_.previous);
+    push.neighbors = resources.address(neighbors_);
+    push.merged = resources.address(merged_);
+    push.final = resources.address(reservoirs_.current);
+    push.direct = resources.address(direct_);
+    push.lightCandidates =
+        fewLights(context.facts) ? 1 : static_cast<uint32_t>(params.getInt("restir_di.lightCandidates"));
+    push.bsdfCandidates = static_cast<uint32_t>(params.getInt("restir_di.bsdfCandidates"));
+    push.bsdfRoughness = static_cast<float>(params.getFloat("restir_di.bsdfRoughness"));
+    push.maxHistory = static_cast<float>(params.getInt("restir_di.maxHistory"));
+    push.spatialNeighbors = spatial ? static_cast<uint32_t>(params.getInt("restir_di.spatialNeighbors")) : 0;
+    push.radius = static_cast<float>(params.getFloat("restir_di.radius"));
+    push.history = history ? 1 : 0;
+
+    const char* unbiased = params.getChoice("restir_di.mode") == "unbiased" ? "1" : "0";
+    const auto dispatch = [&](const char* shader, std::vector<std::pair<std::string, std::string>> defines) {
+        defines.emplace_back("TL_UNBIASED", unbiased);
+        context.commands.dispatch(context.pipeline({shader, std::move(defines), {}}), push, context.width,
+                                  context.height);
+    };
+    dispatch("passes/restir_di/candidates.comp", {{"TL_REUSE", reuse_ == Reuse::Off ? "0" : "1"}});
+    if (reuse_ == Reuse::Off) return;
+    // Without history it finds no neighbours, but its pipeline is made with the others before the first picture.
+    context.commands.barrier();
+    dispatch("passes/restir_di/temporal.comp", {{"TL_LAST_FRAME", "1"}});
+    context.commands.barrier();
+    dispatch("passes/restir_di/spatial.comp", {});
+}
+
+} // namespace trilume

@@ -1,0 +1,181 @@
+// ReSTIR DI, first pass: resampled importance sampling of this frame's candidates (Talbot 2005), and where last frame showed
+// the same surface. Without reuse (TL_REUSE 0) it ends here, with the estimate.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+#include "shared/restir_di.h"
+
+layout(push_constant, scalar) uniform Push { RestirPush push; };
+
+#include "scene/pass.glsl"
+#include "scene/previous.glsl"
+#include "scene/reservoir.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+// The candidate kept so far. Each enters with w = luminance(f L) / sum over techniques t of M_t p_t, by solid angle: its
+// balance-heuristic weight p_s / sum M_t p_t, times pHat / p_s.
+struct Stream {
+    float sum;
+    DirectSample kept;
+    vec3 contribution; // f L
+    float arrival;     // share of BSDF samples towards it that arrive; 0: a light sample
+};
+
+void offer(inout Stream s, DirectSample d, vec3 contribution, float density, float arrival, float u) {
+    const float w = luminance(contribution) / density;
+    if (!(w > 0.0) || !isFinite(w) || !reservoirTakes(s.sum, w, u)) return;
+    s.kept = d;
+    s.contribution = contribution;
+    s.arrival = arrival;
+}
+
+void offerLightSample(Shading shading, float bsdfSamples, inout Stream s, inout Sampler rng) {
+    const DirectSample d = sampleDirect(shading.surface.position, rng);
+    const float u = sample1D(rng);
+    if (!(d.pdfSolidAngle > 0.0)) return;
+    float pdfBsdf;
+    const vec3 f = evalBsdf(shading, d.wi, pdfBsdf);
+    const float density = float(push.lightCandidates) * d.pdfSolidAngle + (d.delta ? 0.0 : bsdfSamples * pdfBsdf);
+    offer(s, d, f * d.radiance, density, 0.0, u);
+}
+
+// `pdfLight`: solid angle, of choosing the light and the direction by light samples.
+void offerSeen(Shading shading, uint light, vec2 uv, float pdfLight, float bsdfSamples, float opacity, inout Stream s,
+               inout Sampler rng) {
+    const DirectSample d = directSampleAt(shading.surface.position, light, uv);
+    if (!(d.pdfSolidAngle > 0.0) || d.delta) return;
+    float pdfBsdf;
+    const vec3 f = evalBsdf(shading, d.wi, pdfBsdf);
+    offer(s, d, f * d.radiance, float(push.lightCandidates) * pdfLight + bsdfSamples * pdfBsdf, opacity, sample1D(rng));
+}
+
+void offerBsdfSample(Shading shading, float pSkipped, float bsdfSamples, inout Stream s, inout Sampler rng) {
+    vec3 u = sample3D(rng);
+    u.z = pSkipped + (1.0 - pSkipped) * u.z;
+    const BsdfSample bounce = bsdfSample(shading.bsdf, shading.woLocal, min(u, vec3(kOneMinusEpsilon)));
+    if ((bounce.flags & kBsdfValid) == 0u) return;
+    const vec3 wi = shading.frame * bounce.wi;
+    const Surface from = shading.surface;
+    if (!crossesRightly(shading, wi, (bounce.flags & kBsdfTransmission) != 0u)) return;
+    Hit hit;
+    const vec3 origin = offsetRayOrigin(from.position, sideTowards(from, wi), from.extent);
+    if (!traceSurface(origin, wi, 0.0, kFloatMax, kMaskIndirect, rng, hit)) {
+        for (uint i = 0u; i < TL_SCENE.infiniteLightCount; ++i) {
+            const Light light = TL_SCENE.lights.v[i];
+            if (isBlack(lightRadiance(light, wi, lightUv(light, from.position, wi)))) continue;
+            const float pdf = lightPdfSolidAngle(light, TL_SCENE.distributions, from.position, from.position, wi);
+            offerSeen(shading, i, infiniteLocalUv(light, wi), light.selection * pdf, bsdfSamples, 1.0, s, rng);
+        }
+        return;
+    }
+    const Surface emitter = loadSurface(hit);
+    if (emitter.light == kNone || dot(emitter.geometricNormal, wi) >= 0.0) return;
+    float opacity = 1.0;
+#if TL_CUTOUTS
+    opacity = hitOpacity(hit, emitter);
+#endif
+    const vec2 uv = lightUvOfHit(TL_SCENE.lights.v[emitter.light], hit);
+    offerSeen(shading, emitter.light, uv, directPdfSolidAngle(from.position, emitter, wi), bsdfSamples, opacity, s, rng);
+}
+
+// What is left of the kept candidate's light on its way; 1 for BSDF samples: they have been there.
+float keptVisibility(Shading shading, inout Stream s) {
+#if TL_CUTOUTS
+    // A BSDF sample arrived by chance: the share that does divides its weight.
+    const float share = lightVisibility(shading, s.kept);
+    if (s.arrival > 0.0) s.sum = safeDivide(s.sum, share * s.arrival);
+    return share;
+#else
+    return s.arrival > 0.0 ? 1.0 : lightVisibility(shading, s.kept);
+#endif
+}
+
+Stream drawCandidates(Shading shading, inout Sampler rng) {
+    Stream s;
+    s.sum = 0.0;
+    s.contribution = vec3(0.0);
+    s.arrival = 0.0;
+    if (!bsdfHasSmooth(shading.bsdf)) return s;
+    // Densities of BSDF samples among the lobes that are no deltas: visibility stands for the others.
+    const float pSkipped = bsdfDeltaProbability(shading.bsdf);
+    const bool sharp = bsdfSharpestRoughness(shading.bsdf) <= push.bsdfRoughness;
+    const uint count = sharp ? push.bsdfCandidates : 0u;
+    const float bsdfSamples = float(count) / (1.0 - pSkipped);
+    for (uint i = 0u; i < push.lightCandidates; ++i) offerLightSample(shading, bsdfSamples, s, rng);
+    for (uint i = 0u; i < count; ++i) offerBsdfSample(shading, pSkipped, bsdfSamples, s, rng);
+    return s;
+}
+
+#if TL_REUSE
+Reservoir describe(VisiblePoint point, Shading shading) {
+    Reservoir r = kEmptyReservoir;
+    r.confidence = 1.0;
+    r.normal = octahedralPack(shading.frame[2]);
+    r.depth = point.footprint / TL_FRAME.camera.pixelAngle;
+    return r;
+}
+
+void keepCandidate(Shading shading, Stream s, inout Reservoir r) {
+    const float share = TL_UNBIASED != 0 || (TL_CUTOUTS != 0 && s.arrival > 0.0) ? keptVisibility(shading, s) : 1.0;
+    if (!(share > 0.0)) return; // occluded: W = 0, the confidence stays
+    const float perUv = directSampleAt(shading.surface.position, s.kept.light, s.kept.uv).pdfSolidAngle;
+    if (!(perUv > 0.0)) return;
+    r.light = s.kept.light;
+    r.uv = s.kept.uv;
+    r.target = luminance(s.contribution) / perUv;
+    finishReservoir(r, s.sum);
+    if (TL_UNBIASED != 0) r.target *= share;
+}
+
+TemporalNeighbor findNeighbor(uvec2 pixel, VisiblePoint point, Shading shading, Reservoir r) {
+    TemporalNeighbor neighbor = TemporalNeighbor(kNone, 0.0);
+    float depth = r.depth;
+    if (push.history == 0u || !previousPixel(shading.surface, point.chain, pixel, depth)) return neighbor;
+    const uint index = pixelIndex(pixel);
+    const Reservoir before = push.previous.v[index];
+    if (!isAlike(before, shading.frame[2], depth)) return neighbor;
+    neighbor.pixel = index;
+    if (before.weight > 0.0) {
+        const uint light = currentLight(before.light);
+        if (light != kNone) neighbor.target = lightTarget(shading, light, before.uv);
+    }
+    return neighbor;
+}
+#endif
+
+void main() {
+    const uvec2 pixel = gl_GlobalInvocationID.xy;
+    if (!insideView(pixel)) return;
+    const uint index = pixelIndex(pixel);
+    const VisiblePoint point = push.points.v[index];
+#if TL_REUSE
+    Reservoir r = kEmptyReservoir;
+    TemporalNeighbor neighbor = TemporalNeighbor(kNone, 0.0);
+#else
+    vec3 direct = vec3(0.0);
+#endif
+    if (point.instance != kNone) {
+        Sampler rng = pixelSampler(pixel);
+        rng.dimension = point.dimension;
+        const Shading shading = shadeVisiblePoint(point);
+        Stream s = drawCandidates(shading, rng);
+#if TL_REUSE
+        r = describe(point, shading);
+        if (s.sum > 0.0) keepCandidate(shading, s, r);
+        neighbor = findNeighbor(pixel, point, shading, r);
+#else
+        if (s.sum > 0.0) {
+            const float share = keptVisibility(shading, s);
+            direct = point.throughput * s.contribution * (s.sum / luminance(s.contribution)) * share;
+        }
+#endif
+    }
+#if TL_REUSE
+    push.merged.v[index] = r;
+    push.neighbors.v[index] = neighbor;
+#else
+    push.direct.v[index] = direct;
+#endif
+    countRays(rayCount);
+}
