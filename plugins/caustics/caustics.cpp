@@ -21,6 +21,11 @@ double shrink(uint32_t n) {
     return std::exp(0.5 * (std::lgamma(n + 1 + kAlpha) - std::lgamma(1 + kAlpha) - std::lgamma(n + 2.0)));
 }
 
+/// The denoiser averages over frames itself, and tells noise by how much frames differ.
+bool denoised(const ParamSet& params) {
+    return params.table().find("denoise.mode") && params.getChoice("denoise.mode") == "temporal";
+}
+
 } // namespace
 
 graph::Need CausticsNode::needed(const graph::SceneFacts& facts, const ParamSet& /*params*/) const {
@@ -82,7 +87,8 @@ void CausticsNode::execute(graph::FrameContext& context) {
     // Later frames of an average are seen from where the first was.
     if (context.facts.cameraMoved && context.sampleIndex == 0) push.flags |= shared::kCausticsCameraMoved;
     if (context.params.getChoice("caustics.direct") == "kernel") push.flags |= shared::kCausticsKernel;
-    push.historyFrames = static_cast<float>(context.params.getInt("caustics.historyFrames"));
+    push.historyFrames =
+        denoised(context.params) ? 1.0f : static_cast<float>(context.params.getInt("caustics.historyFrames"));
     push.uniformShare = static_cast<float>(context.params.getFloat("caustics.uniformShare"));
     push.gatherRadius =
         static_cast<float>(context.params.getFloat("caustics.gatherRadius") * shrink(context.sampleIndex));
