@@ -12,11 +12,19 @@ graph::Need BptNode::needed(const graph::SceneFacts& facts, const ParamSet& para
 }
 
 void BptNode::declare(graph::Builder& builder) {
-    for (const auto pathClass : {graph::PathClass::Direct, graph::PathClass::Caustic, graph::PathClass::Indirect})
-        builder.owns(pathClass);
+    // What reservoirs have resampled is not to be drawn again: direct light is theirs.
+    reservoirs_ = builder.findPlane("restir_di.reservoirs");
+    direct_ = {};
+    if (reservoirs_) {
+        builder.read(reservoirs_);
+    } else {
+        builder.owns(graph::PathClass::Direct);
+        direct_ = builder.createPlane("bpt.direct", sizeof(glm::vec3));
+    }
+    builder.owns(graph::PathClass::Caustic);
+    builder.owns(graph::PathClass::Indirect);
     points_ = builder.findPlane("visibility.points");
     builder.read(points_);
-    direct_ = builder.createPlane("bpt.direct", sizeof(glm::vec3));
     caustic_ = builder.createPlane("bpt.caustic", sizeof(glm::vec3));
     indirect_ = builder.createPlane("bpt.indirect", sizeof(glm::vec3));
     const auto perPixel = static_cast<size_t>(builder.params().getInt("bpt.maxLightVertices"));
@@ -31,6 +39,7 @@ void BptNode::execute(graph::FrameContext& context) {
     shared::BptPush push{};
     push.frame = context.frame;
     push.points = resources.address(points_);
+    push.reservoirs = resources.address(reservoirs_);
     push.direct = resources.address(direct_);
     push.caustic = resources.address(caustic_);
     push.indirect = resources.address(indirect_);
@@ -40,10 +49,15 @@ void BptNode::execute(graph::FrameContext& context) {
     push.maxVertices = static_cast<uint32_t>(context.params.getInt("bpt.maxLightVertices"));
     push.maxDepth = static_cast<uint32_t>(context.params.getInt("bpt.maxDepth"));
     push.rouletteDepth = static_cast<uint32_t>(context.params.getInt("bpt.rouletteDepth"));
-    const char* power = context.params.getChoice("bpt.heuristic") == "power" ? "1" : "0";
+    push.powerShare = static_cast<float>(context.params.getFloat("bpt.powerShare"));
+    const auto flag = [](bool on) { return std::string(on ? "1" : "0"); };
+    std::vector<std::pair<std::string, std::string>> defines{
+        {"TL_BPT_POWER", flag(context.params.getChoice("bpt.heuristic") == "power")},
+        {"TL_BPT_RESERVOIRS", flag(static_cast<bool>(reservoirs_))}};
+    if (reservoirs_)
+        defines.emplace_back("TL_UNBIASED", flag(context.params.getChoice("restir_di.mode") == "unbiased"));
     for (const char* pass : {"passes/bpt/clear.comp", "passes/bpt/light.comp", "passes/bpt/eye.comp"}) {
-        context.commands.dispatch(context.pipeline({pass, {{"TL_BPT_POWER", power}}, {}}), push, context.width,
-                                  context.height);
+        context.commands.dispatch(context.pipeline({pass, defines, {}}), push, context.width, context.height);
         context.commands.barrier();
     }
 }

@@ -13,7 +13,7 @@ public:
     void execute(graph::FrameContext& context) override;
 
 private:
-    graph::Plane points_, direct_, caustic_, indirect_, vertexCounts_, splats_;
+    graph::Plane points_, reservoirs_, direct_, caustic_, indirect_, vertexCounts_, splats_;
     graph::Buffer vertices_;
 };
 

@@ -21,6 +21,13 @@ static void registerPlugin(trilume::Registry& registry) {
                        .maximum = 65536,
                        .doc = "Surfaces of each subpath; light beyond them is lost (none in effect at 1024).",
                        .resetsHistory = true});
+    registry.addParam({.name = "bpt.powerShare",
+                       .defaultValue = 0.25,
+                       .minimum = 0,
+                       .maximum = 1,
+                       .doc =
+                           "Of light subpaths that start from restir_di's reservoirs: the share that starts by light "
+                           "power instead. 0, as in the paper, loses the light of lamps that a pixel does not see."});
     registry.addParam({.name = "bpt.rouletteDepth",
                        .defaultValue = int64_t{3},
                        .minimum = 0,

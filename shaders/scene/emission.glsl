@@ -24,11 +24,37 @@ EmittedRay sampleEmission(Light light, inout Sampler rng) {
     return ray;
 }
 
+// A ray from the place `uv` of the light (lib/light/local.glsl), its direction or, for lights at infinity, its position
+// drawn; the densities are those of a density of 1 per uv.
+EmittedRay sampleEmissionAt(Light light, vec2 uv, inout Sampler rng) {
+    EmitPoint point = EmitPoint(vec3(0.0), vec3(0.0), vec2(0.0), 0.0);
+    vec3 direction;
+    float pdf;
+    const vec2 u = sample2D(rng);
+    if (isInfinite(light)) {
+        const LightSample s = infiniteSampleAt(light, uv);
+        direction = -s.wi;
+        pdf = s.pdfSolidAngle;
+    } else {
+        point = lightEmitPointAt(light, uv);
+        direction = lightEmitDirection(light, TL_SCENE.distributions, point.normal, u);
+        pdf = lightEmitPdfDirection(light, TL_SCENE.distributions, point.normal, direction);
+    }
+    EmittedRay ray = emittedRay(light, point, direction, pdf, TL_SCENE.boundsCenter, TL_SCENE.boundsRadius, u);
+    applyMaterialEmission(light, ray);
+    return ray;
+}
+
+// Where on the light a ray left it (lib/light/local.glsl).
+vec2 emissionLocalUv(Light light, EmittedRay ray) {
+    return isInfinite(light) ? infiniteLocalUv(light, -ray.direction) : ray.uv;
+}
+
 // Density of a ray of the light by position and direction, the choice of the light included, where it leaves `point` with
 // this normal; both are not used for lights at infinity.
 float emissionPdf(Light light, vec3 point, vec3 normal, vec3 direction) {
     const float pdfPosition =
-        lightIsInfinite(light) ? emitDiskPdf(TL_SCENE.boundsRadius)
+        isInfinite(light) ? emitDiskPdf(TL_SCENE.boundsRadius)
                                : lightEmitPdfArea(light, TL_SCENE.distributions, normal, lightUv(light, point, -direction));
     return light.selection * pdfPosition * lightEmitPdfDirection(light, TL_SCENE.distributions, normal, direction);
 }

@@ -2,6 +2,7 @@
 #ifndef TL_SHARED_BPT_H
 #define TL_SHARED_BPT_H
 
+#include "shared/restir_di.h"
 #include "shared/visibility.h"
 
 TL_BEGIN
@@ -27,7 +28,8 @@ TL_CONST uint kBptIndirect = 2;
 struct BptPush {
     TL_REF(FrameConstants) frame;
     TL_REF(VisiblePoint) points;
-    TL_REF(vec3) direct;
+    TL_REF(Reservoir) reservoirs; // restir_di's; null: it doesn't run
+    TL_REF(vec3) direct;          // null: it is restir_di's
     TL_REF(vec3) caustic;
     TL_REF(vec3) indirect;
     TL_REF(BptVertex) vertices; // maxVertices for each pixel
@@ -36,7 +38,7 @@ struct BptPush {
     uint maxVertices;
     uint maxDepth;      // surfaces of each subpath
     uint rouletteDepth; // of them, how many before Russian roulette
-    uint padding;
+    float powerShare;   // of light subpaths, by power and not by reservoir
 };
 
 TL_END

@@ -94,6 +94,22 @@ def test_uncompensated_light_selection_darkens_as_in_the_paper(render):
     assert 0.19 < ratio < 0.26
 
 
+def test_starts_from_reservoirs_keep_the_light_that_a_pixel_does_not_see(render):
+    """restir_bpt is as bright as the truth in five boxes; without a share of starts by power, as in the paper, it is not.
+
+    Reservoirs tie the frames of a run and neighbouring pixels together: only the seeds are independent.
+    """
+    reference = harness.reference("one_box")
+
+    def ratio(seed, *options):
+        image = render("five_boxes", "-t", "restir_bpt", "--spp", 32, "--seed", seed, *options).image
+        return metrics.mean_ratio(image, reference.image, ~reference.lamp)
+
+    mean, error = metrics.confidence([ratio(seed) for seed in range(4)])
+    assert metrics.student_tail(abs(mean - 1) / error, 3) * 2 > 1e-3 and error < 0.01
+    assert ratio(1, "--set", "bpt.powerShare=0") < 0.95
+
+
 # ---- invariances -------------------------------------------------------------------------------
 
 def test_same_seed_same_image_on_any_number_of_threads(render):

@@ -7,13 +7,13 @@
 #define TL_LIB_LIGHT_EMIT_GLSL
 
 #include "lib/light/light.glsl"
-#include "lib/octahedral.glsl"
+#include "lib/light/local.glsl"
 
 struct EmittedRay {
     vec3 origin;        // on the light; infinite: on the disk, outside the scene
     vec3 normal;        // unit, on the emitting side; infinite: the direction
     vec3 direction;     // unit, away from the light
-    vec2 uv;            // as EmitPoint.uv
+    vec2 uv;            // light-local; dome: texture coordinates
     vec3 radiance;      // W/(m^2 sr) along the direction; delta: irradiance across it, W/m^2
     float pdfPosition;  // by area, without the choice of the light; infinite: on the disk
     float pdfDirection; // by solid angle; delta: 1
@@ -24,11 +24,9 @@ struct EmittedRay {
 struct EmitPoint {
     vec3 position;
     vec3 normal; // unit, on the emitting side
-    vec2 uv;     // rect: texture coordinates; triangle: barycentrics; sphere: what a Hit holds for it; else 0
+    vec2 uv;     // light-local (lib/light/local.glsl)
     float pdfArea;
 };
-
-bool lightIsInfinite(Light light) { return light.kind == kLightDistant || light.kind == kLightDome; }
 
 // Area of the world over that of the round shape at unit world normal n, from the cofactor of the map between them:
 // for n = N / |N| with N the inverse transpose applied to the local normal, |N| = 1 / |transpose applied to n|.
@@ -57,6 +55,16 @@ float lightEmitPdfArea(Light light, DistributionRef distributions, vec3 normal, 
     return isFinite(pdf) ? pdf : 0.0;
 }
 
+// The place `uv`; pdfArea is that of a density of 1 per uv.
+EmitPoint lightEmitPointAt(Light light, vec2 uv) {
+    EmitPoint p;
+    float area, scale;
+    p.position = light.position + surfacePoint(light, uv, p.normal, area, scale);
+    p.uv = uv;
+    p.pdfArea = safeDivide(1.0, area * scale * scale);
+    return p;
+}
+
 // u in [0,1)^2.
 EmitPoint lightEmitPoint(Light light, DistributionRef distributions, vec2 u) {
     EmitPoint p = EmitPoint(light.position, light.normal, vec2(0.0), 0.0);
@@ -70,8 +78,8 @@ EmitPoint lightEmitPoint(Light light, DistributionRef distributions, vec2 u) {
         break;
     }
     case kLightDisk: {
-        const vec2 onDisk = sampleDisk(u);
-        p.position += onDisk.x * light.axisU + onDisk.y * light.axisV;
+        p.uv = sampleDisk(u);
+        p.position += p.uv.x * light.axisU + p.uv.y * light.axisV;
         break;
     }
     case kLightTriangle:
@@ -88,9 +96,10 @@ EmitPoint lightEmitPoint(Light light, DistributionRef distributions, vec2 u) {
     }
     case kLightCylinder: {
         const LightFrame f = cylinderFrame(light, light.position);
-        const vec3 local = vec3(0.0, cos(kTwoPi * u.y), sin(kTwoPi * u.y));
+        const vec3 local = vec3(0.0, accurateCosSin(kTwoPi * (u.y - 0.5)));
         p.position += (u.x - 0.5) * light.axisU + f.scale * (f.worldFromLocal * local);
         p.normal = normalize(local * f.localFromWorld);
+        p.uv = u;
         break;
     }
     }
@@ -125,7 +134,7 @@ EmittedRay emittedRay(Light light, EmitPoint point, vec3 direction, float pdfDir
                       float boundsRadius, vec2 u) {
     EmittedRay ray;
     ray.direction = direction;
-    ray.infinite = lightIsInfinite(light);
+    ray.infinite = isInfinite(light);
     ray.delta = light.kind == kLightDistant && light.radius <= 0.0;
     ray.origin = point.position;
     ray.normal = point.normal;
@@ -147,7 +156,7 @@ EmittedRay emittedRay(Light light, EmitPoint point, vec3 direction, float pdfDir
 EmittedRay lightEmit(Light light, DistributionRef distributions, vec3 boundsCenter, float boundsRadius, vec2 uPosition,
                      vec2 uDirection) {
     EmitPoint point = EmitPoint(vec3(0.0), vec3(0.0), vec2(0.0), 0.0);
-    if (!lightIsInfinite(light)) point = lightEmitPoint(light, distributions, uPosition);
+    if (!isInfinite(light)) point = lightEmitPoint(light, distributions, uPosition);
     const vec3 direction = lightEmitDirection(light, distributions, point.normal, uDirection);
     const float pdf = lightEmitPdfDirection(light, distributions, point.normal, direction);
     return emittedRay(light, point, direction, pdf, boundsCenter, boundsRadius, uPosition);

@@ -141,7 +141,9 @@ Signals tracePath(uint pixel, VisiblePoint point, inout Sampler rng) {
     for (uint depth = 0u; depth < push.maxDepth; ++depth) {
         const Surface from = z.shading.surface;
         if (bsdfHasSmooth(z.shading.bsdf)) {
-            for (uint i = 0u; i <= stored; ++i) {
+            // The last joint is with a light; at the visible point restir_di has seen to that where its reservoirs are used.
+            const uint joints = TL_BPT_RESERVOIRS != 0 && depth == 0u ? stored : stored + 1u;
+            for (uint i = 0u; i < joints; ++i) {
                 Joint j;
                 if (i == stored) j = joinLight(from.position, rng);
                 else j = joinVertex(from.position, push.vertices.v[pixel * push.maxVertices + i], vertexWeight);
@@ -206,7 +208,9 @@ void main() {
         rng.dimension = point.dimension;
         signals = tracePath(index, point, rng);
     }
+#if !TL_BPT_RESERVOIRS
     push.direct.v[index] = signals.direct + splatted(index, kBptDirect);
+#endif
     push.caustic.v[index] = signals.caustic + splatted(index, kBptCaustic);
     push.indirect.v[index] = signals.indirect + splatted(index, kBptIndirect);
     countRays(rayCount);

@@ -8,6 +8,9 @@ layout(push_constant, scalar) uniform Push { BptPush push; };
 
 #include "passes/bpt/common.glsl"
 #include "scene/camera_view.glsl"
+#if TL_BPT_RESERVOIRS
+#include "scene/reservoir.glsl"
+#endif
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -21,6 +24,7 @@ struct Particle {
 };
 
 void addSplat(uint pixel, uint pathClass, vec3 radiance) {
+    if (TL_BPT_RESERVOIRS != 0 && pathClass == kBptDirect) return; // restir_di's
     if (!fixedAtomicAdd(push.splats, splatWord(pixel, pathClass), radiance / splatUnit()))
         atomicAdd(TL_FRAME.counters.v[kCounterNonfinite], 1u);
 }
@@ -89,20 +93,71 @@ bool scatterParticle(inout Particle p, Shading shading, float cosIn, float brigh
     return maxComponent(p.flux) > 0.0;
 }
 
+// Where a light subpath starts: a ray of a light, and the flux that it stands for.
+struct Start {
+    uint light;
+    EmittedRay ray;
+    vec3 flux;
+};
+
+vec3 rayFlux(EmittedRay ray, float weight) {
+    return ray.radiance * max(safeDivide(dot(ray.normal, ray.direction) * weight, ray.pdfPosition * ray.pdfDirection), 0.0);
+}
+
+// A light by its power, and a ray of it.
+Start startByPower(inout Sampler rng) {
+    Start s;
+    s.light = lightSelect(TL_SCENE.lightAlias, TL_SCENE.lightCount, sampleBits(rng));
+    const Light light = TL_SCENE.lights.v[s.light];
+    s.ray = sampleEmission(light, rng);
+    s.flux = rayFlux(s.ray, (TL_FRAME.flags & kFrameUncompensated) != 0u ? 1.0 : 1.0 / light.selection);
+    return s;
+}
+
+#if TL_BPT_RESERVOIRS
+// The place on a light that the pixel's reservoir holds; its unbiased contribution weight stands for 1 / pdf.
+Start startByReservoir(Reservoir r, Shading shading, inout Sampler rng) {
+    Start s;
+    s.light = r.weight > 0.0 ? r.light : 0u;
+    s.ray = sampleEmissionAt(TL_SCENE.lights.v[s.light], r.uv, rng);
+#if TL_CUTOUTS
+    // The weight counts the share of light that gets to the visible point.
+    r.weight = safeDivide(r.weight, lightVisibility(shading, directSampleAt(shading.surface.position, s.light, r.uv)));
+#endif
+    s.flux = rayFlux(s.ray, r.weight);
+    return s;
+}
+
+// Reservoirs know the places only that have a target, which light the visible point; all others must come from starts by
+// power, or their light is lost, as in the paper. So a share of starts is by power: these weigh 1 where the reservoir
+// reaches too, and 1 / share elsewhere; with the reservoir's, which weigh 1, that is 1 in all everywhere.
+Start startParticle(uint pixel, inout Sampler rng) {
+    const VisiblePoint point = push.points.v[pixel];
+    const bool byPower = sample1D(rng) < push.powerShare;
+    if (point.instance == kNone) return startByPower(rng);
+    const Shading shading = shadeVisiblePoint(point);
+    if (!byPower) return startByReservoir(push.reservoirs.v[pixel], shading, rng);
+    Start s = startByPower(rng);
+    if (!(lightTarget(shading, s.light, emissionLocalUv(TL_SCENE.lights.v[s.light], s.ray)) > 0.0)) s.flux /= push.powerShare;
+    return s;
+}
+#else
+Start startParticle(uint pixel, inout Sampler rng) { return startByPower(rng); }
+#endif
+
 // Returns how many vertices could be connected to.
 uint traceParticle(uint pixel, inout Sampler rng) {
-    const uint lightIndex = lightSelect(TL_SCENE.lightAlias, TL_SCENE.lightCount, sampleBits(rng));
-    const Light light = TL_SCENE.lights.v[lightIndex];
-    const EmittedRay ray = sampleEmission(light, rng);
-    const float pdfEmit = light.selection * ray.pdfPosition * ray.pdfDirection;
+    const Start start = startParticle(pixel, rng);
+    const EmittedRay ray = start.ray;
+    const Light light = TL_SCENE.lights.v[start.light];
+    const float pdfEmit = emissionPdf(light, ray.origin, ray.normal, ray.direction);
     const float cosLight = dot(ray.normal, ray.direction);
     if (!(pdfEmit > 0.0 && cosLight > 0.0)) return 0u;
 
     Particle p;
     p.direction = ray.direction;
-    p.flux = ray.radiance * (cosLight / pdfEmit);
+    p.flux = start.flux;
     p.rough = p.depth = 0u;
-    if ((TL_FRAME.flags & kFrameUncompensated) != 0u) p.flux *= light.selection;
     const float brightness = maxComponent(p.flux);
     vec3 origin = emissionOrigin(light, ray);
     uint number = 0u;
