@@ -12,12 +12,10 @@ graph::Need BptNode::needed(const graph::SceneFacts& facts, const ParamSet& para
 }
 
 void BptNode::declare(graph::Builder& builder) {
-    // What reservoirs have resampled is not to be drawn again: direct light is theirs.
     reservoirs_ = builder.findPlane("restir_di.reservoirs");
+    if (reservoirs_) builder.read(reservoirs_);
     direct_ = {};
-    if (reservoirs_) {
-        builder.read(reservoirs_);
-    } else {
+    if (!builder.findPlane("restir_di.direct")) {
         builder.owns(graph::PathClass::Direct);
         direct_ = builder.createPlane("bpt.direct", sizeof(glm::vec3));
     }
@@ -53,6 +51,7 @@ void BptNode::execute(graph::FrameContext& context) {
     const auto flag = [](bool on) { return std::string(on ? "1" : "0"); };
     std::vector<std::pair<std::string, std::string>> defines{
         {"TL_BPT_POWER", flag(context.params.getChoice("bpt.heuristic") == "power")},
+        {"TL_BPT_DIRECT", flag(static_cast<bool>(direct_))},
         {"TL_BPT_RESERVOIRS", flag(static_cast<bool>(reservoirs_))}};
     if (reservoirs_)
         defines.emplace_back("TL_UNBIASED", flag(context.params.getChoice("restir_di.mode") == "unbiased"));

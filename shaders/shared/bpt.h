@@ -28,7 +28,7 @@ TL_CONST uint kBptIndirect = 2;
 struct BptPush {
     TL_REF(FrameConstants) frame;
     TL_REF(VisiblePoint) points;
-    TL_REF(Reservoir) reservoirs; // restir_di's; null: it doesn't run
+    TL_REF(Reservoir) reservoirs; // restir_di's; null: it has none
     TL_REF(vec3) direct;          // null: it is restir_di's
     TL_REF(vec3) caustic;
     TL_REF(vec3) indirect;

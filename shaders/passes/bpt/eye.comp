@@ -141,8 +141,8 @@ Signals tracePath(uint pixel, VisiblePoint point, inout Sampler rng) {
     for (uint depth = 0u; depth < push.maxDepth; ++depth) {
         const Surface from = z.shading.surface;
         if (bsdfHasSmooth(z.shading.bsdf)) {
-            // The last joint is with a light; at the visible point restir_di has seen to that where its reservoirs are used.
-            const uint joints = TL_BPT_RESERVOIRS != 0 && depth == 0u ? stored : stored + 1u;
+            // The last joint is with a light: direct light at the visible point, which may be restir_di's.
+            const uint joints = TL_BPT_DIRECT == 0 && depth == 0u ? stored : stored + 1u;
             for (uint i = 0u; i < joints; ++i) {
                 Joint j;
                 if (i == stored) j = joinLight(from.position, rng);
@@ -208,7 +208,7 @@ void main() {
         rng.dimension = point.dimension;
         signals = tracePath(index, point, rng);
     }
-#if !TL_BPT_RESERVOIRS
+#if TL_BPT_DIRECT
     push.direct.v[index] = signals.direct + splatted(index, kBptDirect);
 #endif
     push.caustic.v[index] = signals.caustic + splatted(index, kBptCaustic);

@@ -24,7 +24,7 @@ struct Particle {
 };
 
 void addSplat(uint pixel, uint pathClass, vec3 radiance) {
-    if (TL_BPT_RESERVOIRS != 0 && pathClass == kBptDirect) return; // restir_di's
+    if (TL_BPT_DIRECT == 0 && pathClass == kBptDirect) return; // restir_di's
     if (!fixedAtomicAdd(push.splats, splatWord(pixel, pathClass), radiance / splatUnit()))
         atomicAdd(TL_FRAME.counters.v[kCounterNonfinite], 1u);
 }
