@@ -1,4 +1,4 @@
-// Empties what the frame's photons add to: splats, grid, cache; and carries the state over.
+// Empties what the frame's photons add to: splats, grid, cache.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "passes/caustics/push.glsl"

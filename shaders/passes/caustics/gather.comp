@@ -10,8 +10,8 @@ layout(local_size_x = 8, local_size_y = 8) in;
 const float kSameFacing = 0.8; // least cosine between normals of point and photon: 37 degrees
 const float kFlatness = 0.25;  // height of the kernel over its radius
 
-// Radiance per flux of a photon that lies within the kernel; `area`: of the kernel. Epanechnikov's kernel in the tangent
-// plane. The BSDF times cosine over that towards the true surface: flux is by area of that.
+// Radiance per flux of a photon, by Epanechnikov's kernel in the tangent plane. evalBsdf holds the cosine to the shading
+// normal, flux that to the true surface.
 vec3 photonWeight(Shading shading, Photon photon, float radius) {
     const vec3 offset = photon.position - shading.surface.position;
     const float height = dot(offset, shading.surface.geometricNormal);
@@ -43,7 +43,11 @@ vec3 gatherPhotons(VisiblePoint point, out uint arrivals) {
             index = photon.next;
             if (gatherCell(photon.position) != cell) continue; // of another cell with this hash
             const vec3 radiance = scale * photon.flux * photonWeight(shading, photon, radius);
-            if (!(maxComponent(radiance) > 0.0 && maxComponent(radiance) < kFixedLimit)) continue;
+            if (maxComponent(radiance) == 0.0) continue;
+            if (!(minComponent(radiance) >= 0.0 && maxComponent(radiance) < kFixedLimit)) {
+                atomicAdd(TL_FRAME.counters.v[kCounterNonfinite], 1u);
+                continue;
+            }
             for (uint c = 0u; c < 3u; ++c) fixedAdd(sums[c], radiance[c]);
             ++arrivals;
         }
