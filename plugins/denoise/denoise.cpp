@@ -2,7 +2,15 @@
 
 #include "shared/denoise.h"
 
+#include <cmath>
+
 namespace trilume {
+
+namespace {
+
+constexpr int kTestLevels = 3; // squares of 3, 9 and 27 pixels
+
+} // namespace
 
 graph::Need DenoiseNode::needed(const graph::SceneFacts& /*facts*/, const ParamSet& params) const {
     return params.getChoice("denoise.mode") == "temporal" ? graph::Need::yes() : graph::Need::no("denoise.mode is off");
@@ -25,67 +33,78 @@ void DenoiseNode::declare(graph::Builder& builder) {
     builder.read(points_);
     surfaces_ = builder.historyPlane("denoise.surfaces", sizeof(shared::DenoiseSurface));
     reprojection_ = builder.createPlane("denoise.reprojection", sizeof(shared::DenoiseReprojection));
-    expected_ = builder.createPlane("denoise.expected", sizeof(shared::DenoiseHistory));
     estimates_[0] = builder.createPlane("denoise.estimate0", sizeof(glm::vec4));
     estimates_[1] = builder.createPlane("denoise.estimate1", sizeof(glm::vec4));
 }
 
-uint32_t DenoiseNode::flags(const graph::FrameContext& context) {
-    const graph::SceneFacts& facts = context.facts;
-    const bool history = context.resources.historyValid(surfaces_.previous);
-    const bool changed = !history || (!context.repeats && facts.sceneChanged);
-    framesSinceChange_ = changed ? 0 : framesSinceChange_ + 1;
-
-    uint32_t flags = 0;
-    if (history) flags |= shared::kDenoiseHistory;
-    if (context.repeats || !facts.cameraMoved) flags |= shared::kDenoiseCameraStill;
-    if (context.repeats || (!facts.cameraMoved && !facts.geometryChanged)) flags |= shared::kDenoiseStill;
-    // Signals that follow a change slowly (probes) are tested until history has forgotten the time before it.
-    if (framesSinceChange_ <= context.params.getInt("denoise.maxFrames")) flags |= shared::kDenoiseSceneChanged;
-    return flags;
+void DenoiseNode::execute(graph::FrameContext& context) {
+    reproject(context);
+    const bool begins = !context.resources.historyValid(surfaces_.previous);
+    const bool changed = !context.repeats && context.facts.sceneChanged;
+    framesSinceChange_ = begins ? kNever : changed ? 0 : framesSinceChange_ + 1;
+    for (const Signal& signal : signals_) {
+        context.commands.barrier();
+        accumulate(context, signal);
+        filter(context, signal);
+    }
 }
 
-void DenoiseNode::execute(graph::FrameContext& context) {
-    const uint32_t frameFlags = flags(context);
+void DenoiseNode::reproject(graph::FrameContext& context) const {
+    const graph::SceneFacts& facts = context.facts;
     shared::DenoiseSurfacesPush push{};
     push.frame = context.frame;
     push.points = context.resources.address(points_);
     push.previous = context.resources.address(surfaces_.previous);
     push.surfaces = context.resources.address(surfaces_.current);
     push.reprojection = context.resources.address(reprojection_);
-    push.flags = frameFlags;
     push.maxFrames = static_cast<float>(context.params.getInt("denoise.maxFrames"));
+    if (context.resources.historyValid(surfaces_.previous)) push.flags |= shared::kDenoiseHistory;
+    if (context.repeats || !facts.cameraMoved) push.flags |= shared::kDenoiseCameraStill;
+    if (context.repeats || (!facts.cameraMoved && !facts.geometryChanged)) push.flags |= shared::kDenoiseStill;
     context.commands.dispatch(context.pipeline({"passes/denoise/surfaces.comp", {}, {}}), push, context.width,
                               context.height);
-    for (const Signal& signal : signals_) {
-        context.commands.barrier();
-        const bool history = context.resources.historyValid(signal.history.previous);
-        accumulate(context, signal, history ? frameFlags : frameFlags & ~shared::kDenoiseHistory);
-        filter(context, signal);
-    }
 }
 
-void DenoiseNode::accumulate(graph::FrameContext& context, const Signal& signal, uint32_t flags) const {
+void DenoiseNode::accumulate(graph::FrameContext& context, const Signal& signal) const {
     const graph::Resources& resources = context.resources;
     shared::DenoiseExpectPush expect{};
     expect.frame = context.frame;
+    expect.surfaces = resources.address(surfaces_.current);
     expect.reprojection = resources.address(reprojection_);
+    expect.signal = resources.address(signal.plane);
     expect.previous = resources.address(signal.history.previous);
-    expect.expected = resources.address(expected_);
-    expect.flags = flags;
+    expect.history = resources.address(signal.history.current);
+    expect.difference = resources.address(estimates_[0]);
+    expect.flags = resources.historyValid(signal.history.previous) ? shared::kDenoiseHistory : 0;
     context.commands.dispatch(context.pipeline({"passes/denoise/expect.comp", {}, {}}), expect, context.width,
                               context.height);
     context.commands.barrier();
 
+    shared::DenoiseTestPush change{};
+    change.frame = context.frame;
+    change.surfaces = expect.surfaces;
+    change.history = expect.history;
+    change.to = expect.difference;
+    // Signals that follow a change slowly (probes) are tested until history has forgotten the time before it, less and
+    // less readily: a scene at rest is not tested at all, and its mean is the mean of its frames.
+    const int64_t maxFrames = context.params.getInt("denoise.maxFrames");
+    const bool test = framesSinceChange_ < maxFrames;
+    change.changeSigma = static_cast<float>(context.params.getFloat("denoise.changeSigma") *
+                                            std::sqrt(1.0 + static_cast<double>(framesSinceChange_)));
+    for (int level = 0; test && level < kTestLevels; ++level) {
+        change.from = change.to;
+        change.to = resources.address(estimates_[(level + 1) % 2]);
+        change.spacing = level == 0 ? 1 : 3 * change.spacing;
+        context.commands.dispatch(context.pipeline({"passes/denoise/test.comp", {}, {}}), change, context.width,
+                                  context.height);
+        context.commands.barrier();
+    }
+
     shared::DenoiseAccumulatePush push{};
     push.frame = context.frame;
-    push.surfaces = resources.address(surfaces_.current);
-    push.signal = resources.address(signal.plane);
-    push.expected = expect.expected;
-    push.history = resources.address(signal.history.current);
-    push.flags = flags;
-    push.maxFrames = static_cast<float>(context.params.getInt("denoise.maxFrames"));
-    push.changeSigma = static_cast<float>(context.params.getFloat("denoise.changeSigma"));
+    push.signal = expect.signal;
+    push.history = expect.history;
+    push.maxFrames = static_cast<float>(maxFrames);
     context.commands.dispatch(context.pipeline({"passes/denoise/accumulate.comp", {}, {}}), push, context.width,
                               context.height);
     context.commands.barrier();

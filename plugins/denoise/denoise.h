@@ -20,14 +20,16 @@ private:
         graph::Plane plane; ///< before and after
         graph::History<graph::Plane> history;
     };
-    uint32_t flags(const graph::FrameContext& context);
-    void accumulate(graph::FrameContext& context, const Signal& signal, uint32_t flags) const;
+    static constexpr int64_t kNever = int64_t{1} << 32;
+
+    void reproject(graph::FrameContext& context) const;
+    void accumulate(graph::FrameContext& context, const Signal& signal) const;
     void filter(graph::FrameContext& context, const Signal& signal) const;
 
-    graph::Plane points_, reprojection_, expected_, estimates_[2];
+    graph::Plane points_, reprojection_, estimates_[2];
     graph::History<graph::Plane> surfaces_;
     std::vector<Signal> signals_;
-    int64_t framesSinceChange_ = 0;
+    int64_t framesSinceChange_ = kNever; ///< of the scene
 };
 
 } // namespace trilume

@@ -28,12 +28,13 @@ static void registerPlugin(trilume::Registry& registry) {
                        .unit = "standard deviations",
                        .doc = "Difference in luminance at which neighbours cease to be mixed; more blurs more."});
     registry.addParam({.name = "denoise.changeSigma",
-                       .defaultValue = 3.0,
+                       .defaultValue = 1.0,
                        .minimum = 0,
                        .maximum = 1000,
                        .unit = "standard deviations",
-                       .doc = "Difference between a frame and history at which history is shortened while the scene "
-                              "changes; less ghosts less and is noisier."});
+                       .doc =
+                           "Difference between a frame and history from which on history is shortened after a change "
+                           "of the scene; less ghosts less and is noisier."});
     registry.addNode({"denoise", "denoise", [] { return std::make_unique<trilume::DenoiseNode>(); }});
 }
 

@@ -41,28 +41,36 @@ struct DenoiseSurfacesPush {
     uint flags; // kDenoise*
     float maxFrames;
 };
-TL_CONST uint kDenoiseHistory = 1;      // there is a last frame
-TL_CONST uint kDenoiseStill = 2;        // nothing moved since
-TL_CONST uint kDenoiseCameraStill = 4;  // the camera did not
-TL_CONST uint kDenoiseSceneChanged = 8; // history is tested against this frame
+TL_CONST uint kDenoiseHistory = 1;     // there is a last frame
+TL_CONST uint kDenoiseStill = 2;       // nothing moved since
+TL_CONST uint kDenoiseCameraStill = 4; // the camera did not
 
 struct DenoiseExpectPush {
     TL_REF(FrameConstants) frame;
+    TL_REF(DenoiseSurface) surfaces;
     TL_REF(DenoiseReprojection) reprojection;
+    TL_REF(vec3) signal;
     TL_REF(DenoiseHistory) previous;
-    TL_REF(DenoiseHistory) expected;
+    TL_REF(DenoiseHistory) history;
+    TL_REF(vec4) difference; // pixels (1 or 0); from history: difference, its square, its variance by history
     uint flags;
+};
+
+struct DenoiseTestPush {
+    TL_REF(FrameConstants) frame;
+    TL_REF(DenoiseSurface) surfaces;
+    TL_REF(DenoiseHistory) history;
+    TL_REF(vec4) from; // sums of differences
+    TL_REF(vec4) to;
+    int spacing;
+    float changeSigma;
 };
 
 struct DenoiseAccumulatePush {
     TL_REF(FrameConstants) frame;
-    TL_REF(DenoiseSurface) surfaces;
     TL_REF(vec3) signal;
-    TL_REF(DenoiseHistory) expected;
     TL_REF(DenoiseHistory) history;
-    uint flags;
     float maxFrames;
-    float changeSigma;
 };
 
 struct DenoiseEstimatePush {

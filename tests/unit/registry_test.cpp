@@ -282,6 +282,22 @@ TEST_F(RegistryTest, WritesPfmWithoutPlugins) {
                 Fault::Run, "has 1 values", "x.pfm", "");
 }
 
+TEST_F(RegistryTest, ImageFiltersByName) {
+    plugin("a", R"(, "imageFilters": ["smooth"])");
+    Registry registry;
+    EXPECT_EQ(registry.plugins()[0].imageFilters, std::vector<std::string>{"smooth"});
+    expectError(errorOf([&] { registry.imageFilter("smoth"); }), Fault::Input, "unknown image filter", "smoth",
+                "did you mean smooth?");
+    registry.addImageFilter("double", [] {
+        return [](ImageData& picture, const ImageData&, const ImageData&) {
+            for (float& x : picture.pixels) x *= 2;
+        };
+    });
+    ImageData picture{1, 1, 1, {3}};
+    registry.imageFilter("double")(picture, {}, {});
+    EXPECT_EQ(picture.pixels[0], 6);
+}
+
 TEST_F(RegistryTest, ImagesOfUnknownKind) {
     plugin("io", R"(, "imageWriters": ["exr"])");
     Registry registry;

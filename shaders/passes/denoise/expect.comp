@@ -1,4 +1,5 @@
-// A signal's history brought to where its surfaces are now: what this frame should look like if nothing changed.
+// A signal's history brought to where its surfaces are now: what this frame should look like if nothing changed; and how it
+// differs from that.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -31,5 +32,14 @@ void main() {
         expected.mean *= r.gain;
         expected.squares *= sqr(safeDivide(luminance(expected.mean), before));
     }
-    push.expected.v[index] = expected;
+    push.history.v[index] = expected;
+
+    vec4 difference = vec4(0.0);
+    const float albedo = luminance(push.surfaces.v[index].albedo);
+    const vec3 radiance = push.signal.v[index];
+    if (expected.frames > 0.0 && albedo > 0.0 && isSound(radiance)) {
+        const float d = (luminance(radiance) - luminance(expected.mean)) / albedo;
+        difference = vec4(1.0, d, sqr(d), frameVariance(expected) * (1.0 + 1.0 / expected.frames) / sqr(albedo));
+    }
+    push.difference.v[index] = difference;
 }

@@ -1,0 +1,125 @@
+"""The denoisers: what they keep, what they gain, and that they let go of what has changed."""
+
+import numpy as np
+import pytest
+
+import harness
+import metrics
+
+SIZE = (64, 36)
+TEMPORAL = ("--denoise", "temporal")
+
+
+def without_emission(run):
+    """The picture without the emission seen directly, which is not denoised."""
+    return run.image - run.aovs["emission"]
+
+
+def scattered(render, stage, *options):
+    return without_emission(render(stage, *options, size=SIZE, aovs=("emission",)))
+
+
+@pytest.mark.parametrize("stage, technique", [("cornell_empty", "pathtrace"), ("maze", "raytrace")])
+def test_light_is_kept_and_noise_is_not(render, stage, technique):
+    """The last of 17 frames of a still scene holds the light of all 17, in a better picture than their average.
+
+    Radiance is exchanged between pixels and none is lost, so the sums agree to rounding. Their average alone has a 17th of
+    a frame's error; on surfaces that are smooth over a few pixels the filter at least halves what is left.
+    """
+    truth = scattered(render, stage, "-t", technique, "--spp", 1024, "--seed", 7)
+    frame = scattered(render, stage, "-t", technique, "--warmup", 16, "--denoise", "off")
+    average = scattered(render, stage, "-t", technique, "--spp", 17)
+    denoised = scattered(render, stage, "-t", technique, "--warmup", 16, *TEMPORAL)
+    assert denoised.mean() == pytest.approx(average.mean(), rel=1e-4)
+    assert metrics.relmse(denoised, truth) < metrics.relmse(average, truth) / 2
+    assert metrics.relmse(denoised, truth) < metrics.relmse(frame, truth) / 34
+
+
+def test_filter_narrows_as_history_grows(render):
+    """Nothing but noise is filtered: error falls with the number of frames, where a fixed blur's would stay."""
+    truth = scattered(render, "cornell_light_sphere", "-t", "raytrace", "--spp", 1024, "--seed", 7)
+    errors = [metrics.relmse(scattered(render, "cornell_light_sphere", "-t", "raytrace", "--warmup", n - 1, *TEMPORAL,
+                                       "--set", "denoise.maxFrames=1024"), truth) for n in (4, 32, 256)]
+    assert errors[1] < errors[0] / 3 and errors[2] < errors[1] / 3, errors
+
+
+def test_average_of_denoised_frames(render):
+    """--spp N with a denoiser asked for: the mean of N frames is that of the raw ones but for the filter's memory, by
+    which early frames count more than late ones: within the noise of a few frames, 1% here."""
+    raw = scattered(render, "cornell_empty", "-t", "pathtrace", "--spp", 64)
+    denoised = scattered(render, "cornell_empty", "-t", "pathtrace", "--spp", 64, *TEMPORAL)
+    assert denoised.mean() == pytest.approx(raw.mean(), rel=0.01)
+
+
+def play(folder, stage, frames, *options):
+    done = harness.run("render", "--imageWidth", SIZE[0], "--imageHeight", SIZE[1], "-t", "raytrace", "-f", f"1:{frames}",
+                       *options, "--aov", f"emission={folder}/emission.####.pfm", harness.find_stage(stage),
+                       folder / "image.####.pfm")
+    assert done.status == 0, done.stderr
+    return np.stack([metrics.read_image(folder / f"image.{f:04d}.pfm") - metrics.read_image(folder / f"emission.{f:04d}.pfm")
+                     for f in range(1, frames + 1)])
+
+
+def test_moving_lamp_ring_and_camera(command, tmp_path):
+    """Every frame is nearer to its own reference than a raw one is, though history is of other frames."""
+    truth = play(tmp_path, "animated", 12, "--spp", 256)
+    raw = play(tmp_path, "animated", 12, "--denoise", "off")
+    denoised = play(tmp_path, "animated", 12)
+    errors = [[metrics.relmse(a, b) for a, b in zip(frames, truth)] for frames in (raw, denoised)]
+    assert all(d < r for r, d in zip(*errors)), errors
+    assert np.mean(errors[1][1:]) < 0.5 * np.mean(errors[0][1:]), errors
+
+
+SWITCHED = """
+    def SphereLight "Switched"
+    {
+        float inputs:radius = 0.3
+        float inputs:intensity.timeSamples = { 1: 20, 8: 20, 9: 0 }
+        double3 xformOp:translate = (-1, 2, 3)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+"""
+
+
+def test_light_switched_off(command, tmp_path):
+    """Eight frames with it, then four without: nine tenths of its light are gone at once, the rest soon."""
+    stage = harness.write_stage(tmp_path / "stage.usda", harness.CAMERA, harness.LAMP, SWITCHED, harness.matte(),
+                                harness.mesh())
+    truth = play(tmp_path, stage, 12, "--spp", 64)
+    denoised = play(tmp_path, stage, 12, *TEMPORAL)
+    assert truth[8].mean() < 0.5 * truth[7].mean()
+    ghost = (denoised[8:].mean(axis=(1, 2, 3)) - truth[8:].mean(axis=(1, 2, 3))) / (truth[7].mean() - truth[8].mean())
+    assert (np.abs(ghost) < [0.1, 0.06, 0.05, 0.05]).all(), ghost
+
+
+@pytest.mark.parametrize("options, state", [
+    (("-t", "raytrace"), "run"), (("-t", "raytrace", "--spp", 2), "skipped"), (("-t", "raytrace", "--time", 0.01), "skipped"),
+    (("-t", "raytrace", "--denoise", "off"), "skipped"), (("-t", "pathtrace"), "skipped"),
+    (("-t", "pathtrace", *TEMPORAL), "run")])
+def test_when_it_runs(render, options, state):
+    """Where nothing is asked for: single frames of techniques that are no references."""
+    frame, = render("cornell_empty", *options, size=(16, 9)).stats["frames"]
+    node, = [n for n in frame["nodes"] if n["name"] == "denoise"]
+    assert node["state"] == state
+    assert state == "run" or "denoise.mode" in node["reason"]
+
+
+# ---- Open Image Denoise ------------------------------------------------------------------------
+
+def test_open_image_denoise(render):
+    """A trained filter on four samples: at least half of the error goes, and no more than 2% of the light."""
+    truth = harness.reference("cornell_empty", harness.REFERENCE_SIZE)
+    raw = render("cornell_empty", "-t", "reference", "--spp", 4, size=harness.REFERENCE_SIZE).image
+    run = render("cornell_empty", "-t", "reference", "--spp", 4, "--denoise", "oidn", size=harness.REFERENCE_SIZE,
+                 aovs=("color",))
+    assert metrics.relmse(run.image, truth.image) < metrics.relmse(raw, truth.image) / 2
+    assert metrics.mean_ratio(run.image, raw) == pytest.approx(1, abs=0.02)
+    assert (run.aovs["color"] == run.image).all()
+
+
+def test_open_image_denoise_missing(command, tmp_path):
+    run = harness.run("render", "--imageWidth", 16, "--denoise", "oidn", harness.find_stage("cornell_empty"),
+                      tmp_path / "image.pfm", env={"TRILUME_OIDN": str(tmp_path / "nowhere.so")})
+    assert run.status == 2 and list(tmp_path.iterdir()) == []
+    error, = run.errors
+    assert harness.ERROR_LINE.fullmatch(error) and "tools/bootstrap --oidn" in error
