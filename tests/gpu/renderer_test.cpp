@@ -160,6 +160,7 @@ TEST_F(RendererTest, TheSameSeedGivesTheSameBits) {
 TEST_F(RendererTest, NothingIsBuiltForWhatDidNotChange) {
     Room room;
     View view(engine(), room.scene, 32, 32, "");
+    view.setTechnique("pathtrace");
     view.render({.spp = 1});
     EXPECT_EQ(view.stats().blasBuilt, 1u);
     EXPECT_EQ(view.stats().tlasBuilt, 1u);
@@ -177,6 +178,8 @@ TEST_F(RendererTest, AMovedObjectLooksAsIfItHadAlwaysBeenThere) {
     const glm::dmat4 place = glm::translate(glm::dmat4(1), {1.5, 1, 0.5});
     there.scene.world.modify<LocalTransform>(there.ball)->parentFromLocal = place;
     View movedView(engine(), moved.scene, 48, 32, ""), thereView(engine(), there.scene, 48, 32, "");
+    movedView.setTechnique("pathtrace");
+    thereView.setTechnique("pathtrace");
     movedView.render({.spp = 1});
     moved.scene.world.modify<LocalTransform>(moved.ball)->parentFromLocal = place;
     thereView.render({.spp = 1});
@@ -186,6 +189,7 @@ TEST_F(RendererTest, AMovedObjectLooksAsIfItHadAlwaysBeenThere) {
 TEST_F(RendererTest, RemovedLightIsGoneAtOnce) {
     Room room;
     View view(engine(), room.scene, 32, 32, "");
+    view.setTechnique("pathtrace");
     EXPECT_GT(mean(view.render({.spp = 4})), 0.01);
     room.scene.world.destroy(room.lamp);
     EXPECT_EQ(mean(view.render({.spp = 4})), 0.0);
@@ -312,6 +316,7 @@ TEST_F(RendererTest, MotionIsThatBetweenPictures) {
     scene.world.add(scene.createEntity("/Wall"), MeshInstance{scene.addMesh(wall), {grey}});
     const Entity camera = addCamera(scene, {0, 0, 4}, {0, 0, 0}); // 4 units of wall across 32 pixels
     View view(engine(), scene, 32, 32, "");
+    view.setTechnique("pathtrace");
     view.setAovs({"motion"});
     view.render({.spp = 3});
     for (const float x : view.aov("motion").pixels) EXPECT_EQ(x, 0);
@@ -332,6 +337,8 @@ TEST_F(RendererTest, DistanceFromTheOriginDoesNotMatter) {
     fillFurnace(near, 0.5f, 1);
     fillFurnace(far, 0.5f, 1, 1, glm::dvec3(65536, -65536, 32768));
     View nearView(engine(), near, 32, 32, ""), farView(engine(), far, 32, 32, "");
+    nearView.setTechnique("pathtrace");
+    farView.setTechnique("pathtrace");
     const ImageData a = nearView.render({.spp = 64}), b = farView.render({.spp = 64});
     EXPECT_NEAR(mean(a), mean(b), 1e-4 * mean(a));
 }
@@ -340,11 +347,13 @@ TEST_F(RendererTest, ScaleDoesNotMatter) {
     Scene unit;
     fillFurnace(unit, 0.5f, 1);
     View unitView(engine(), unit, 32, 32, "");
+    unitView.setTechnique("pathtrace");
     const double expected = mean(unitView.render({.spp = 64}));
     for (const double scale : {1e-5, 1e-3, 1e3, 1e5}) {
         Scene scene;
         fillFurnace(scene, 0.5f, 1, scale);
         View view(engine(), scene, 32, 32, "");
+        view.setTechnique("pathtrace");
         EXPECT_NEAR(mean(view.render({.spp = 64})), expected, 1e-3 * expected) << "scale " << scale;
     }
 }
@@ -352,6 +361,7 @@ TEST_F(RendererTest, ScaleDoesNotMatter) {
 TEST_F(RendererTest, AnEmptySceneIsBlackAndNothingBreaks) {
     Scene scene;
     View view(engine(), scene, 16, 16, "");
+    view.setTechnique("pathtrace");
     EXPECT_EQ(mean(view.render({.spp = 2})), 0.0);
 }
 
@@ -368,6 +378,7 @@ TEST_F(RendererTest, ViewsOfDifferentScenesTakeTurns) {
     const ImageData before = view.render({.spp = 1});
     {
         View other(queries, empty.scene, 32, 24, "");
+        other.setTechnique("pathtrace");
         other.render({.spp = 1});
         view.setSeed(0);
         expectSame(view.render({.spp = 1}), before);
@@ -379,6 +390,7 @@ TEST_F(RendererTest, ViewsOfDifferentScenesTakeTurns) {
 TEST_F(RendererTest, RemovedCameraIsAnError) {
     Room room;
     View view(engine(), room.scene, 16, 16, "");
+    view.setTechnique("pathtrace");
     view.render({.spp = 1});
     room.scene.world.destroy(room.camera);
     EXPECT_THROW(view.render({.spp = 1}), Error);
@@ -387,6 +399,7 @@ TEST_F(RendererTest, RemovedCameraIsAnError) {
 TEST_F(RendererTest, SwitchedOffNodesSaySoAndComeBack) {
     Room room;
     View view(engine(), room.scene, 32, 32, "");
+    view.setTechnique("pathtrace");
     const ImageData before = view.render({.spp = 2});
     view.setNodeEnabled("pathtrace", false);
     view.render({.spp = 2});
