@@ -61,6 +61,10 @@ std::unique_ptr<OIIO::ImageInput> openTexture(const std::filesystem::path& path)
         throw inputError(
             "texture size out of range", path.string(),
             fmt::format("it has {} x {} pixels; {} a side are the most", spec.width, spec.height, kLargestSide));
+    if (spec.depth > 1 || spec.deep || spec.nchannels < 1)
+        throw inputError("not a flat image", path.string(),
+                         fmt::format("it has {} slices and {} channels{}; write one slice with 1 to 4 channels",
+                                     spec.depth, spec.nchannels, spec.deep ? " of many samples" : ""));
     return input;
 }
 

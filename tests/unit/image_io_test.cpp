@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -66,6 +67,29 @@ TEST_F(ImageIo, ExrBytesDependOnPixelsAlone) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1100)); // File times have seconds.
     registry.writeImage(folder / "b.exr", linearImage());
     EXPECT_EQ(readTextFile(folder / "a.exr"), readTextFile(folder / "b.exr"));
+}
+
+/// All slices of it would be written over the memory of one.
+TEST_F(ImageIo, VolumesAreNoTextures) {
+    constexpr uint32_t kSide = 4, kSlices = 64;
+    std::array<uint32_t, 32> header{};
+    header[0] = 0x20534444; // "DDS "
+    header[1] = 124;
+    header[2] = 0x1 | 0x2 | 0x4 | 0x1000 | 0x800000; // caps, height, width, pixel format, depth
+    header[3] = header[4] = kSide;
+    header[6] = kSlices;
+    header[19] = 32; // pixel format: RGBA of 8 bits
+    header[20] = 0x41;
+    header[22] = 32;
+    header[23] = 0xff, header[24] = 0xff00, header[25] = 0xff0000, header[26] = 0xff000000;
+    header[27] = 0x1008;
+    header[28] = 0x200000; // a volume
+    std::string bytes(reinterpret_cast<const char*>(header.data()), sizeof header);
+    bytes += std::string(size_t{4} * kSide * kSide * kSlices, '\x7f');
+    std::ofstream(folder / "volume.dds", std::ios::binary) << bytes;
+    const std::string error = errorOf([&] { registry.readTexture(folder / "volume.dds", ColorSpace::Auto); });
+    EXPECT_NE(error.find("not a flat image"), std::string::npos) << error;
+    EXPECT_NE(error.find("64 slices"), std::string::npos) << error;
 }
 
 TEST_F(ImageIo, AovsOfOneAndTwoChannels) {
