@@ -13,8 +13,6 @@ namespace trilume::gpu {
 namespace {
 
 constexpr size_t kMinimumSize = 16;
-/// Uploads and read-backs larger than this go in pieces, so that staging memory stays bounded.
-constexpr size_t kChunk = 64ull << 20;
 
 void checkRange(const Buffer& buffer, size_t offset, size_t bytes, const char* operation) {
     if (offset > buffer.size() || bytes > buffer.size() - offset)
@@ -62,7 +60,7 @@ Buffer Device::createBuffer(size_t bytes, Memory memory, std::string_view what, 
         requirements.memoryTypeBits = ~0u;
     }
     Allocation& allocation = buffer.impl_->memory;
-    allocation = impl_->allocate(requirements, memory, MemoryAllocator::Kind::Buffer, what, info.size);
+    allocation = impl_->allocate(*this, requirements, memory, MemoryAllocator::Kind::Buffer, what, info.size);
     check(vkBindBufferMemory(handle(), buffer.impl_->handle, allocation.memory, allocation.offset),
           "vkBindBufferMemory");
 
@@ -83,10 +81,10 @@ void Device::upload(Buffer& buffer, size_t offset, std::span<const std::byte> by
         std::memcpy(buffer.mapped() + offset, bytes.data(), bytes.size());
         return;
     }
-    for (size_t done = 0; done < bytes.size(); done += kChunk) {
-        const auto chunk = bytes.subspan(done, std::min(kChunk, bytes.size() - done));
+    for (size_t done = 0; done < bytes.size(); done += kStagingBytes) {
+        const auto chunk = bytes.subspan(done, std::min(kStagingBytes, bytes.size() - done));
         uploads.toBuffer(buffer.handle(), offset + done, chunk);
-        if (uploads.stagedBytes() >= kChunk && !impl_->recording) impl_->flush(*this);
+        impl_->limitStaging(*this);
     }
 }
 
@@ -99,9 +97,10 @@ void Device::download(const Buffer& buffer, size_t offset, std::span<std::byte> 
         std::memcpy(bytes.data(), buffer.mapped() + offset, bytes.size());
         return;
     }
-    const Buffer staging = createBuffer(std::min(kChunk, bytes.size()), Memory::Readback, "staging of downloads");
-    for (size_t done = 0; done < bytes.size(); done += kChunk) {
-        const size_t size = std::min(kChunk, bytes.size() - done);
+    const Buffer staging =
+        createBuffer(std::min(kStagingBytes, bytes.size()), Memory::Readback, "staging of downloads");
+    for (size_t done = 0; done < bytes.size(); done += kStagingBytes) {
+        const size_t size = std::min(kStagingBytes, bytes.size() - done);
         wait(submit([&](Commands& commands) { commands.copy(buffer, offset + done, staging, 0, size); }));
         std::memcpy(bytes.data() + done, staging.mapped(), size);
     }

@@ -61,11 +61,12 @@ void Device::Impl::destroyGarbage(uint64_t completed) {
     }
 }
 
-Allocation Device::Impl::allocate(const VkMemoryRequirements& requirements, Memory kindOfMemory,
+Allocation Device::Impl::allocate(Device& owner, const VkMemoryRequirements& requirements, Memory kindOfMemory,
                                   MemoryAllocator::Kind kind, std::string_view what, uint64_t bytes) {
     collectGarbage();
     auto allocation = memory.allocate(requirements, kindOfMemory, kind);
     if (!allocation && !garbage.empty() && !recording) {
+        flush(owner); // what is retired while uploads are queued waits for them
         frames.wait(frames.submitted());
         collectGarbage();
         allocation = memory.allocate(requirements, kindOfMemory, kind);
@@ -110,6 +111,10 @@ Submission Device::Impl::submit(Device& owner, const std::function<void(Commands
 
 void Device::Impl::flush(Device& owner) {
     if (!uploads->empty()) submit(owner, [](Commands&) {});
+}
+
+void Device::Impl::limitStaging(Device& owner) {
+    if (uploads->stagedBytes() >= kStagingBytes && !recording) flush(owner);
 }
 
 // ---- Device ----------------------------------------------------------------------------------------

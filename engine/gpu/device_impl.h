@@ -25,6 +25,9 @@ struct LogicalDevice {
     VkQueue queue = VK_NULL_HANDLE;
 };
 
+/// Larger uploads and read-backs go in pieces.
+constexpr size_t kStagingBytes = 64ull << 20;
+
 struct Device::Impl {
     explicit Impl(const DeviceOptions& options);
     ~Impl();
@@ -36,11 +39,13 @@ struct Device::Impl {
     /// Runs what was retired up to the timeline value `completed`.
     void destroyGarbage(uint64_t completed);
     /// Memory for `requirements`, waiting for retired memory when there is no other; throws runError naming `what`.
-    Allocation allocate(const VkMemoryRequirements& requirements, Memory memory, MemoryAllocator::Kind kind,
-                        std::string_view what, uint64_t bytes);
+    Allocation allocate(Device& device, const VkMemoryRequirements& requirements, Memory memory,
+                        MemoryAllocator::Kind kind, std::string_view what, uint64_t bytes);
     Submission submit(Device& device, const std::function<void(Commands&)>& record);
     /// Makes sure that queued uploads are on their way.
     void flush(Device& device);
+    /// The same once there are many, so that staging memory stays bounded.
+    void limitStaging(Device& device);
 
     Instance instance;
     Adapter adapter;

@@ -51,7 +51,8 @@ Image Device::createImage(uint32_t width, uint32_t height, VkFormat format, std:
     check(vkCreateImage(handle(), &info, nullptr, &parts.handle), "vkCreateImage");
     VkMemoryRequirements requirements{};
     vkGetImageMemoryRequirements(handle(), parts.handle, &requirements);
-    parts.memory = impl_->allocate(requirements, Memory::Device, MemoryAllocator::Kind::Image, what, requirements.size);
+    parts.memory =
+        impl_->allocate(*this, requirements, Memory::Device, MemoryAllocator::Kind::Image, what, requirements.size);
     check(vkBindImageMemory(handle(), parts.handle, parts.memory.memory, parts.memory.offset), "vkBindImageMemory");
 
     VkImageViewCreateInfo view{VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO};
@@ -73,6 +74,7 @@ Image Device::createImage(uint32_t width, uint32_t height, VkFormat format, std:
         regions[i].imageExtent = {chain.levels[i].width, chain.levels[i].height, 1};
     }
     impl_->uploads->toImage(parts.handle, std::move(regions), chain.texels);
+    impl_->limitStaging(*this);
     return image;
 }
 

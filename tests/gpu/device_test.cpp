@@ -153,6 +153,13 @@ TEST_F(DeviceTest, outOfMemoryNamesWhoAskedForHowMuch) {
     EXPECT_EQ(small.validationMessages(), 0u);
 }
 
+TEST_F(DeviceTest, memoryRetiredWhileUploadsAreQueuedComesBack) {
+    gpu::Device small({.device = "auto", .validation = true, .memoryLimit = 64 << 20});
+    const auto image = small.createImage(1, 1, VK_FORMAT_R8G8B8A8_UNORM, std::vector<std::byte>(4), {}, "queued");
+    for (int i = 0; i < 3; ++i) EXPECT_TRUE(small.createBuffer(40 << 20, gpu::Memory::Device, "again"));
+    EXPECT_EQ(small.validationMessages(), 0u);
+}
+
 TEST_F(DeviceTest, aRequestBeyondTheDevicesLimitIsOutOfMemory) {
     const Error error = errorOf([&] { device().createBuffer(size_t{1} << 50, gpu::Memory::Device, "far too much"); });
     EXPECT_NE(error.problem().find("far too much asked for"), std::string::npos) << error.what();

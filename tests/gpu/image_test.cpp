@@ -139,6 +139,17 @@ TEST_F(ImageTest, indicesAreGivenAgainOnlyWhenFree) {
     expectNear(sample(kept, 0.5f, 0.5f), {1, 0, 0, 1}, 1e-6f);
 }
 
+TEST_F(ImageTest, stagingDoesNotGrowWithTheNumberOfImages) {
+    constexpr uint32_t kSide = 2048;
+    constexpr size_t kMiB = 1 << 20, kImages = 6, kBytes = size_t{4} * kSide * kSide; // 21.3 MiB each with its levels
+    gpu::Device small({.device = "auto", .validation = true, .memoryLimit = 220 * kMiB});
+    const std::vector<std::byte> pixels(kBytes);
+    std::vector<gpu::Image> images;
+    for (size_t i = 0; i < kImages; ++i)
+        images.push_back(small.createImage(kSide, kSide, VK_FORMAT_R8G8B8A8_UNORM, pixels, {}, "image"));
+    EXPECT_LT(small.memoryInUse(), 220 * kMiB);
+}
+
 TEST_F(ImageTest, anImageUnderConstructionMayBeDropped) {
     const std::vector<uint8_t> texels(64 * 64 * 4, 9);
     image(64, 64, VK_FORMAT_R8G8B8A8_UNORM, texels); // its upload is still queued when it goes
