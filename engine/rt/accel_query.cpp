@@ -108,11 +108,12 @@ public:
     ~QueryBackend() override { device_.setTopLevel(VK_NULL_HANDLE, VK_NULL_HANDLE); }
 
     void beginUpdate() override {
-        retired_.clear();
+        if (queued_.empty()) retired_.clear(); // after a failed submission, refits still need what they start from
         previousTop_ = {};
     }
 
     void build(uint32_t slot, const MeshInput& mesh) override {
+        dequeue(slot); // of a structure that goes away
         if (slot >= meshes_.size()) meshes_.resize(slot + 1);
         Mesh& m = meshes_[slot];
         retired_.push_back(std::move(m.structure));
@@ -153,7 +154,7 @@ public:
     }
 
     void remove(uint32_t slot) override {
-        std::erase_if(queued_, [slot](const Queued& q) { return q.slot == slot; });
+        dequeue(slot);
         retired_.push_back(std::move(meshes_[slot].structure));
         meshes_[slot] = {};
     }
@@ -252,8 +253,11 @@ private:
     bool isQueued(uint32_t slot) const {
         return std::ranges::any_of(queued_, [slot](const Queued& q) { return q.slot == slot; });
     }
-    void queue(uint32_t slot, const Build& build) {
+    void dequeue(uint32_t slot) {
         std::erase_if(queued_, [slot](const Queued& q) { return q.slot == slot; });
+    }
+    void queue(uint32_t slot, const Build& build) {
+        dequeue(slot);
         queued_.push_back({slot, build});
     }
 
@@ -306,7 +310,6 @@ private:
     void submit(const Build& top) {
         std::vector<Build> builds;
         for (const Queued& q : queued_) builds.push_back(q.build);
-        queued_.clear();
         size_t sum = 0, largest = top.scratchBytes;
         for (const Build& build : builds) {
             sum += build.scratchBytes + scratchAlignment_;
@@ -333,6 +336,7 @@ private:
             record(commands, last, base);
             commands.barrier();
         });
+        queued_.clear(); // a submission that failed is tried again
     }
 
     VkDeviceAddress aligned(VkDeviceAddress address) const {

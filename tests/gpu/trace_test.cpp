@@ -393,6 +393,23 @@ TEST_P(Trace, DeformingMeshesAreRefitThenRebuilt) {
     scene.expectAgreement(rays(500, 15, 2.0f));
 }
 
+TEST_P(Trace, MeshesMayVanishBeforeTheyAreBuilt) {
+    TestMesh gone = ball(6, 6);
+    const TestMesh other = ball(5, 7);
+    Scene scene(GetParam());
+    const rt::MeshAccelId id = scene.add(gone, glm::mat4x3(1.0f), shared::kMaskAll, true);
+    scene.add(other, glm::mat4x3(1.5f));
+    std::ranges::fill(gone.positions, glm::vec3(std::numeric_limits<float>::quiet_NaN()));
+    scene.accel.updateMesh(id, gone.positions);
+    scene.commit();
+    size_t hits = 0;
+    for (const TraceHit& hit : scene.trace(rays(500, 21, 2.0f))) {
+        EXPECT_TRUE(hit.instance == 1 || hit.instance == kNone);
+        hits += hit.instance == 1;
+    }
+    EXPECT_GT(hits, 50u);
+}
+
 TEST_P(Trace, RemovedMeshesLeaveTheOthers) {
     Random random(17);
     const TestMesh first = ball(8, 8), second = ball(5, 7);
