@@ -31,7 +31,7 @@ public:
     virtual bool erase(Entity entity, Tick now) = 0;
 };
 
-/// Sparse set of one component type: dense values, owners and change ticks, and a log of removals.
+/// Sparse set of one component type: dense values, owners and change ticks, and on demand a log of removals.
 template<class C>
 class ComponentPool final : public ComponentPoolBase {
 public:
@@ -69,9 +69,10 @@ public:
         values_.pop_back();
         owners_.pop_back();
         changed_.pop_back();
-        removals_.push_back({entity, now});
+        if (followed_) removals_.push_back({entity, now});
         return true;
     }
+    void followRemovals() { followed_ = true; }
     /// Forgets removals up to `tick`, once every reader has seen them.
     void trimRemovals(Tick tick) {
         std::erase_if(removals_, [tick](const Removal& r) { return r.tick <= tick; });
@@ -94,6 +95,7 @@ private:
     std::vector<Entity> owners_;
     std::vector<Tick> changed_;
     std::vector<Removal> removals_;
+    bool followed_ = false;
 };
 
 /// Entities and their components. Not thread-safe. References to components hold until the next add or remove of
@@ -153,7 +155,12 @@ public:
         for (size_t i = 0; i < p.owners().size(); ++i)
             if (p.changed()[i] > since) f(p.owners()[i], std::as_const(p.values()[i]));
     }
-    /// Calls f(Entity) for each removal of C after `since`; the entity may have died since.
+    /// Keeps a log of the removals of C from now on; whoever reads it trims it, or it grows.
+    template<class C>
+    void followRemovals() {
+        pool<C>().followRemovals();
+    }
+    /// Calls f(Entity) for each removal of C after `since` and followRemovals; the entity may have died since.
     template<class C, class F>
     void eachRemoved(Tick since, F&& f) const {
         for (const auto& r : const_cast<World*>(this)->pool<C>().removals())

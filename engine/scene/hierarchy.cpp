@@ -91,7 +91,9 @@ void Hierarchy::collectRemovals(World& world) {
         orphanChildren(entity.index);
         n.self = {};
     };
-    // Only this reader follows the removals of its inputs, so their logs end here.
+    world.followRemovals<Parent>();
+    world.followRemovals<LocalTransform>();
+    world.followRemovals<Visibility>();
     world.eachRemoved<Parent>(seen_, forget);
     world.eachRemoved<LocalTransform>(seen_, [&](Entity entity) {
         if (world.alive(entity)) {
@@ -105,6 +107,7 @@ void Hierarchy::collectRemovals(World& world) {
     world.eachRemoved<Visibility>(seen_, [&](Entity entity) {
         if (world.alive(entity)) markDirty(entity);
     });
+    // Only this reader follows the removals of its inputs, so their logs end here.
     world.trimRemovals<Parent>(world.now());
     world.trimRemovals<LocalTransform>(world.now());
     world.trimRemovals<Visibility>(world.now());
