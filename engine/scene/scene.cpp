@@ -63,6 +63,12 @@ TextureId Scene::addTexture(Texture texture) {
     return static_cast<TextureId>(textures_.size() - 1);
 }
 
+Texture& Scene::editTexture(TextureId id) {
+    Texture& texture = textures_[static_cast<uint32_t>(id)];
+    ++texture.revision;
+    return texture;
+}
+
 Material& Scene::editMaterial(MaterialId id) {
     Material& material = materials_[static_cast<uint32_t>(id)];
     ++material.revision;

@@ -60,6 +60,7 @@ public:
     Mesh& editMesh(MeshId id) { return meshes_[static_cast<uint32_t>(id)]; }
     /// For writing; grows the revision.
     Material& editMaterial(MaterialId id);
+    Texture& editTexture(TextureId id);
     std::span<const Mesh> meshes() const { return meshes_; }
     std::span<const Material> materials() const { return materials_; }
     std::span<const Texture> textures() const { return textures_; }

@@ -214,6 +214,23 @@ TEST_F(UsdTime, CamerasSpheresAndMaterials) {
     EXPECT_EQ(meshOf(*scene, "/q").topologyRevision, 1u);
 }
 
+TEST_F(UsdTime, TexturesThatAreNoLongerShownMakeRoom) {
+    for (const char* name : {"a.png", "b.png", "c.png"}) write(name, "x");
+    const auto scene =
+        read("def RectLight \"l\"\n{\nasset inputs:texture:file.timeSamples = { 1: @a.png@, 2: @b.png@, 3: "
+             "@c.png@ }\n}\n" +
+                 square("m"),
+             kRange);
+    for (int round = 0; round < 3; ++round)
+        for (int time = 1; time <= 3; ++time) {
+            scene->setTime(time);
+            const Texture& texture = scene->texture(get<Light>(*scene, "/l").texture);
+            EXPECT_EQ(std::filesystem::path(texture.name).stem(), std::string(1, static_cast<char>('a' + time - 1)));
+        }
+    EXPECT_EQ(scene->textures().size(), 2u) << "the last one, and the one before while it was read";
+    EXPECT_GT(scene->textures()[0].revision, 1u);
+}
+
 TEST_F(UsdTime, PointInstancersGrowAndShrink) {
     const auto scene = read(R"(
 def PointInstancer "p"

@@ -304,6 +304,7 @@ void StageSource::setTime(double timeCode) {
         each(0, [&](size_t number, const py::object& record) { updateMaterial(number, record); });
         each(1, [&](size_t number, const py::object& record) { updateAsset(assets_[number], record); });
         each(2, [&](size_t number, const py::object& sample) { place(number, sample); });
+        if (std::exchange(texturesAdded_, false)) releaseTextures();
         logWarnings();
     } catch (const py::error_already_set& e) {
         throw runError(fmt::format("the stage can't be read at time {} ({})", timeCode, reasonOf(e)), scene_.path,
@@ -318,11 +319,38 @@ TextureId StageSource::findTexture(const std::string& file, ColorSpace space, Wr
         Texture texture = readTexture_(file, space);
         texture.wrapS = s;
         texture.wrapT = t;
-        entry->second = scene_.addTexture(std::move(texture));
+        entry->second = placeTexture(std::move(texture));
     } catch (const Error& e) {
         log::warning("{}: {}: {}: a constant is used", scene_.path, e.where(), e.problem());
     }
     return entry->second;
+}
+
+TextureId StageSource::placeTexture(Texture texture) {
+    texturesAdded_ = true;
+    if (freeTextures_.empty()) return scene_.addTexture(std::move(texture));
+    const TextureId id = freeTextures_.back();
+    freeTextures_.pop_back();
+    Texture& old = scene_.editTexture(id);
+    texture.revision = old.revision;
+    old = std::move(texture);
+    return id;
+}
+
+/// What nothing names any more gives its place to later ones: files that change with time would pile up.
+void StageSource::releaseTextures() {
+    std::set<TextureId> used;
+    for (const Material& m : scene_.materials())
+        for (const TextureInput* map :
+             {&m.baseColorMap, &m.metallicMap, &m.roughnessMap, &m.emissionMap, &m.opacityMap, &m.normalMap,
+              &m.specularColorMap, &m.clearcoatMap, &m.clearcoatRoughnessMap, &m.transmissionMap})
+            used.insert(map->texture);
+    for (const Asset& asset : assets_) used.insert(asset.light.texture);
+    std::erase_if(textures_, [&](const auto& entry) {
+        const bool free = entry.second != TextureId::None && !used.contains(entry.second);
+        if (free) freeTextures_.push_back(entry.second);
+        return free;
+    });
 }
 
 void StageSource::logWarnings() {

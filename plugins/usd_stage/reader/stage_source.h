@@ -64,6 +64,8 @@ private:
     void assignComponent(const Asset& asset, const Placement& placement, Entity entity);
     glm::dmat4 localTransform(const Asset& asset, const glm::dmat4& stageFromLocal) const;
     TextureId findTexture(const std::string& file, ColorSpace space, Wrap s, Wrap t);
+    TextureId placeTexture(Texture texture);
+    void releaseTextures();
     void logWarnings();
     void checkVisible() const;
 
@@ -78,6 +80,8 @@ private:
     std::vector<Placement> placements_;
     std::set<std::pair<std::string, std::string_view>> logged_; ///< path and what: numbers change with time
     std::map<std::tuple<std::string, ColorSpace, Wrap, Wrap>, TextureId> textures_;
+    std::vector<TextureId> freeTextures_;
+    bool texturesAdded_ = false; ///< since the last release
 };
 
 } // namespace trilume::usd
