@@ -1,5 +1,6 @@
 #include "render/gpu_scene.h"
 
+#include "core/log.h"
 #include "light/distribution2d.h"
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -123,24 +124,28 @@ bool GpuScene::updateMeshes() {
 }
 
 void GpuScene::updateMesh(const Mesh& mesh, DeviceMesh& device) {
-    const bool topology = device.topologyRevision != mesh.topologyRevision;
-    device.topologyRevision = mesh.topologyRevision;
-    device.pointsRevision = mesh.pointsRevision;
-    if (topology) {
-        if (device.present) accel_.removeMesh(device.accel);
-        device.present = !mesh.triangles.empty();
-        if (!device.present) return;
-        device.accel = accel_.addMesh(mesh.positions, mesh.triangles, mesh.deforming, mesh.name);
+    if (device.topologyRevision != mesh.topologyRevision) {
+        if (std::exchange(device.present, false)) accel_.removeMesh(device.accel);
+        if (!mesh.triangles.empty()) {
+            device.accel = accel_.addMesh(mesh.positions, mesh.triangles, mesh.deforming, mesh.name);
+            device.present = true;
+            if (const uint32_t invalid = accel_.report(device.accel).invalid)
+                log::warning("{}: {} triangles have no place: left out", mesh.name, invalid);
+        }
         replace(device.triangles, uploaded(device_, mesh.triangles, mesh.name, "triangles"));
         replace(device.uvs, uploaded(device_, mesh.uvs, mesh.name, "texture coordinates"));
         replace(device.subsets, uploaded(device_, mesh.triangleSubset, mesh.name, "subsets"));
     } else if (device.present) {
         accel_.updateMesh(device.accel, mesh.positions);
     }
-    if (!device.present) return;
-    replace(device.positions, uploaded(device_, mesh.positions, mesh.name, "positions"));
-    replace(device.normals, uploaded(device_, mesh.normals, mesh.name, "normals"));
-    device.balls = ballsOfSubsets(mesh);
+    if (device.present) {
+        replace(device.positions, uploaded(device_, mesh.positions, mesh.name, "positions"));
+        replace(device.normals, uploaded(device_, mesh.normals, mesh.name, "normals"));
+        device.balls = ballsOfSubsets(mesh);
+    }
+    // Last: an update that failed is tried again.
+    device.topologyRevision = mesh.topologyRevision;
+    device.pointsRevision = mesh.pointsRevision;
 }
 
 void GpuScene::replace(gpu::Buffer& buffer, gpu::Buffer replacement) {
@@ -315,6 +320,9 @@ void GpuScene::addLights(Draft& draft) {
 
 void GpuScene::updateInstances() {
     usedDistributions_.clear();
+    std::erase_if(lightIds_, [&](const auto& entry) {
+        return !scene_.world.alive({static_cast<uint32_t>(entry.first), static_cast<uint32_t>(entry.first >> 32)});
+    });
     Draft draft;
     addMeshes(draft);
     addSpheres(draft);
