@@ -69,7 +69,7 @@ void offerBsdfSample(Shading shading, float pSkipped, float bsdfSamples, inout S
         }
         return;
     }
-    const Surface emitter = loadSurface(hit);
+    Surface emitter = loadSurface(hit);
     if (emitter.light == kNone || dot(emitter.geometricNormal, wi) >= 0.0) return;
     float opacity = 1.0;
 #if TL_CUTOUTS
