@@ -24,6 +24,7 @@ const float kMeanVariance = kForget * kForget / (2.0 * kForget - 1.0);
 const float kFast = 0.25; // weight of a round in the fast mean
 const float kCountAfterChange = 2.0;
 const float kCountConverged = 64.0; // rounds before a probe may sleep
+const float kSeenEnough = 64.0; // rounds after which distances rest until something changes
 
 shared vec3 directions[kMaxRays];
 shared vec3 radiance[kMaxRays];
@@ -43,16 +44,27 @@ vec3 roundIrradiance(vec3 normal) {
     return sum * (kPi / weights);
 }
 
-vec2 roundDistance(vec3 axis) {
-    vec2 sum = vec2(0.0);
-    float weights = 0.0;
-    for (uint i = 0u; i < push.raysPerProbe; ++i) {
-        const float weight = probeDistanceWeight(dot(axis, directions[i]));
-        const float d = min(distances[i], kProbeFar);
-        sum += weight * vec2(d, d * d);
-        weights += weight;
+// Four nodes for each thread, so that rays are read once for all of them.
+void blendDistances(ProbeVolume volume, uint index) {
+    const uint stride = gl_WorkGroupSize.x;
+    vec3 axes[kProbeDistanceNodes / stride];
+    vec3 sums[kProbeDistanceNodes / stride]; // of distance, its square, and weights
+    for (uint k = 0u; k < axes.length(); ++k) {
+        axes[k] = probeNodeDirection(gl_LocalInvocationID.x + k * stride, kProbeDistanceSide);
+        sums[k] = vec3(0.0);
     }
-    return sum / max(weights, 1e-30);
+    for (uint i = 0u; i < push.raysPerProbe; ++i) {
+        const vec3 direction = directions[i];
+        const float d = min(distances[i], kProbeFar);
+        for (uint k = 0u; k < axes.length(); ++k)
+            sums[k] += probeDistanceWeight(dot(axes[k], direction)) * vec3(d, d * d, 1.0);
+    }
+    for (uint k = 0u; k < axes.length(); ++k) {
+        const uint node = index * kProbeDistanceNodes + gl_LocalInvocationID.x + k * stride;
+        const vec2 value = sums[k].xy / max(sums[k].z, 1e-30);
+        volume.distances.v[node] =
+            distanceWeight < 1.0 ? mix(volume.distances.v[node], value, distanceWeight) : value;
+    }
 }
 
 // What the round saw of the geometry, distances in spacings.
@@ -175,7 +187,7 @@ void updateProbe(ProbeVolume volume, uint index) {
                           : axisLuminance[i];
         if (lightChanged(probe, slow)) probe.count = kCountAfterChange;
         irradianceWeight = kForget / (probe.count + kForget);
-        distanceWeight = 1.0 / (probe.seen + 1.0);
+        distanceWeight = probe.seen < kSeenEnough ? 1.0 / (probe.seen + 1.0) : 0.0;
         probe.count += 1.0;
         probe.seen += 1.0;
         const bool serves = !inGeometry && (probe.flags & kProbeNearby) != 0u;
@@ -201,24 +213,22 @@ void main() {
             rayFlags[i] = ray.flags;
         }
         barrier();
-        if (thread < kProbeAxes)
-            axisLuminance[thread] =
-                luminance(roundIrradiance(probeNodeDirection(probeAxisNode(thread), kProbeIrradianceSide)));
+        vec3 fresh[2];
+        for (uint i = thread, k = 0u; i < kProbeIrradianceNodes; i += gl_WorkGroupSize.x, ++k) {
+            fresh[k] = roundIrradiance(probeNodeDirection(i, kProbeIrradianceSide));
+            for (uint axis = 0u; axis < kProbeAxes; ++axis)
+                if (probeAxisNode(axis) == i) axisLuminance[axis] = luminance(fresh[k]);
+        }
         barrier();
         if (thread == 0u) updateProbe(volume, index);
         barrier();
-        for (uint i = thread; i < kProbeIrradianceNodes && irradianceWeight > 0.0; i += gl_WorkGroupSize.x) {
-            const uint node = index * kProbeIrradianceNodes + i;
-            const vec3 value = roundIrradiance(probeNodeDirection(i, kProbeIrradianceSide));
-            volume.irradiance.v[node] =
-                irradianceWeight < 1.0 ? mix(volume.irradiance.v[node], value, irradianceWeight) : value;
-        }
-        for (uint i = thread; i < kProbeDistanceNodes && distanceWeight > 0.0; i += gl_WorkGroupSize.x) {
-            const uint node = index * kProbeDistanceNodes + i;
-            const vec2 value = roundDistance(probeNodeDirection(i, kProbeDistanceSide));
-            volume.distances.v[node] =
-                distanceWeight < 1.0 ? mix(volume.distances.v[node], value, distanceWeight) : value;
-        }
+        if (irradianceWeight > 0.0)
+            for (uint i = thread, k = 0u; i < kProbeIrradianceNodes; i += gl_WorkGroupSize.x, ++k) {
+                const uint node = index * kProbeIrradianceNodes + i;
+                volume.irradiance.v[node] =
+                    irradianceWeight < 1.0 ? mix(volume.irradiance.v[node], fresh[k], irradianceWeight) : fresh[k];
+            }
+        if (distanceWeight > 0.0) blendDistances(volume, index);
         barrier();
     }
 }

@@ -15,6 +15,7 @@ const uint kSentinelPeriod = 32u; // rounds between two updates of a sleeping pr
 const uint kWatch = 16u;          // updates for which a change of the scene keeps probes awake
 const uint kMoves = 6u;           // relocations after a change of the scene
 const float kCountAfterChange = 64.0;
+const float kSeenAfterChange = 16.0;
 
 Probe freshProbe() {
     Probe p;
@@ -37,7 +38,7 @@ void main() {
         volume.probes.v[index].watch = kWatch;
         volume.probes.v[index].moves = kMoves;
         volume.probes.v[index].count = min(volume.probes.v[index].count, kCountAfterChange);
-        volume.probes.v[index].seen = min(volume.probes.v[index].seen, kCountAfterChange);
+        volume.probes.v[index].seen = min(volume.probes.v[index].seen, kSeenAfterChange);
         // What stood near may be gone.
         volume.probes.v[index].flags &= ~(kProbeNearby | kProbeLitBack);
     }
