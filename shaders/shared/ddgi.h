@@ -27,6 +27,7 @@ struct Probe {
     uint updates;    // since the volume began: indexes sample sequences
     uint watch;      // updates for which it stays awake
     uint moves;      // that it may still make
+    uint settle;     // updates for which the mean follows a change of the light at once
     // Luminance of the irradiance along each axis, W/m^2: a fast mean, the last update's, and the variance of one
     // update.
     float fast[6];

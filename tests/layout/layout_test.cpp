@@ -94,7 +94,7 @@ const std::map<std::string, StructLayout> kHostLayouts = {
               state, previousState, photons, heads, cache, previousCache, cacheSums, uniformShare, gatherRadius,
               historyFrames, cacheShare, photonLimit, headMask, flags),
     TL_LAYOUT(VisiblePoint, instance, primitive, uv, direction, footprint, throughput, dimension, chain),
-    TL_LAYOUT(Probe, offset, flags, count, seen, backShare, updates, watch, moves, fast, last, variance),
+    TL_LAYOUT(Probe, offset, flags, count, seen, backShare, updates, watch, moves, settle, fast, last, variance),
     TL_LAYOUT(ProbeVolume, probes, irradiance, distances, origin, spacing, steps, probeCount, counts, selected, awake,
               period),
     TL_LAYOUT(ProbeRay, radiance, distance, flags),

@@ -1,76 +1,161 @@
-"""Irradiance probes: exact solutions, agreement with path tracing, sleep and waking. The whole picture: tests/image."""
+"""Irradiance probes: exact solutions, agreement with path tracing, sleep and waking."""
 
 import json
 
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdGeom, UsdLux
 
 import harness
 import metrics
 
 DDGI = ("-t", "ddgi")
-FINAL = ("--set", "ddgi.gather=final")
-FEW = ("--set", "ddgi.probes=512")
+# Enough for rooms, and quick.
+FEW = ("--set", "ddgi.probes=300", "--set", "ddgi.tolerance=0")
 
 
-def indirect(render, folder, stage, *options, count=1):
-    """(mean picture of the indirect class over seeds, statistics of the last run)."""
-    pictures = []
-    for seed in range(1, count + 1):
-        file = folder / f"indirect{seed}.pfm"
-        stats = render(stage, *options, "--seed", seed, "--aov", f"indirect={file}").stats
-        pictures.append(metrics.read_image(file))
-    return np.mean(pictures, axis=0), stats["frames"][-1]
+def indirect(render, stage, *options):
+    """(picture of the indirect class, statistics)."""
+    run = render(stage, *options, aovs=("indirect",))
+    return run.aovs["indirect"], run.stats["frames"][-1]
+
+
+def room(scale=1.0):
+    """A cube seen from within."""
+    return harness.mesh(str([(scale * x, scale * y, scale * z) for z in (-2, 2) for y in (-2, 2) for x in (-2, 2)]),
+                        "[4, 4, 4, 4, 4, 4]",
+                        "[0, 4, 5, 1, 2, 3, 7, 6, 0, 1, 3, 2, 0, 2, 6, 4, 1, 5, 7, 3, 4, 6, 7, 5]", name="Room")
+
+
+def camera(scale=1.0):
+    place = tuple(scale * c for c in (0.3, 0.2, 1.5))
+    return harness.CAMERA.replace("(0, 0, 4)", str(place)).replace("(0.01, 1000)", "(1e-6, 1e9)")
+
+
+def lamp(name, place, intensity):
+    return f"""
+    def SphereLight "{name}"
+    {{
+        float inputs:radius = 0.2
+        float inputs:intensity{intensity}
+        double3 xformOp:translate = {place}
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }}
+"""
 
 
 # ---- exact solutions ---------------------------------------------------------------------------
 
-def furnace(folder, albedo=0.8, scale=1.0, emission=1.0):
-    """A closed cube seen from within, which emits and reflects everywhere alike."""
-    points = str([(scale * x, scale * y, scale * z) for z in (-2, 2) for y in (-2, 2) for x in (-2, 2)])
-    cube = harness.mesh(points, "[4, 4, 4, 4, 4, 4]",
-                        "[0, 4, 5, 1, 2, 3, 7, 6, 0, 1, 3, 2, 0, 2, 6, 4, 1, 5, 7, 3, 4, 6, 7, 5]")
-    place = tuple(scale * c for c in (0.3, 0.2, 1.5))
-    camera = harness.CAMERA.replace("(0, 0, 4)", str(place)).replace("(0.01, 1000)", "(1e-6, 1e9)")
-    return harness.write_stage(folder / "furnace.usda", camera, cube, harness.matte(albedo, emission))
+def furnace(folder, albedo=0.6, scale=1.0, emission=1.0):
+    return harness.write_stage(folder / "furnace.usda", camera(scale), room(scale), harness.matte(albedo, emission))
 
 
 @pytest.mark.parametrize("gather", ["probe", "final"])
 def test_closed_furnace(render, tmp_path, gather):
-    """Emission 1 and albedo 0.6 everywhere: rho^2 / (1 - rho) of two and more bounces. The light samples of 64 rays of 125
-    probes have a standard error near 1%, of a round; it counts 1 / (1 - rho) fold, and 256 rounds weigh as 85."""
-    options = (*DDGI, "--warmup", 250, "--spp", 8 if gather == "probe" else 64, "--set", "ddgi.probes=125",
-               "--set", "ddgi.tolerance=0", "--set", f"ddgi.gather={gather}")
-    picture, _ = indirect(render, tmp_path, furnace(tmp_path, 0.6), *options)
-    assert picture.mean() == pytest.approx(0.36 / 0.4, rel=0.005)
-    assert metrics.block_means(picture, 6) == pytest.approx(0.36 / 0.4, rel=0.03)
+    """Emission 1 and albedo 0.6 everywhere: rho^2 / (1 - rho) of two and more bounces. Light samples of the six walls have a
+    standard deviation near 1; 8000 rays a round, and 250 rounds that weigh as 80, leave 0.0013 of it, 2.5 times that with
+    all bounces; 64 rays for each of 576 pixels leave 0.005 of one bounce, of which light samples are four tenths."""
+    options = (*DDGI, *FEW, "--warmup", 250, "--spp", 4 if gather == "probe" else 64, "--set", f"ddgi.gather={gather}")
+    picture, _ = indirect(render, furnace(tmp_path), *options)
+    assert picture.mean() == pytest.approx(0.36 / 0.4, rel=0.01)
+    assert metrics.block_means(picture, 6) == pytest.approx(0.36 / 0.4, rel=0.05)
 
 
 @pytest.mark.parametrize("scale, emission", [(1e-3, 1), (1e3, 1), (1, 1e-5), (1, 1e5)])
 def test_scaled_furnace(render, tmp_path, scale, emission):
-    """The same image, and the same times the emission."""
-    options = (*DDGI, "--warmup", 2, *FEW)
-    expected, _ = indirect(render, tmp_path, furnace(tmp_path), *options)
-    picture, _ = indirect(render, tmp_path, furnace(tmp_path, scale=scale, emission=emission), *options)
+    """The same image, or the same times the emission."""
+    options = (*DDGI, *FEW, "--warmup", 2)
+    expected, _ = indirect(render, furnace(tmp_path), *options)
+    (tmp_path / "scaled").mkdir()
+    picture, _ = indirect(render, furnace(tmp_path / "scaled", scale=scale, emission=emission), *options)
     # A factor that is no power of two rounds differently; a ray in a few thousand then goes another way.
     assert np.median(np.abs(picture / emission / expected - 1)) < 1e-3
     assert picture.mean() / emission == pytest.approx(expected.mean(), rel=5e-3)
 
 
-# ---- agreement with path tracing ---------------------------------------------------------------
+# ---- agreement ---------------------------------------------------------------------------------
 
-AGREE = [("cornell_empty", "probe", 0.03), ("one_box", "probe", 0.03), ("one_box", "final", 0.02)]
-if harness.FULL:
-    AGREE = [(s, g, b) for s in ("cornell_empty", "cornell_big_light", "one_box", "maze", "white_room")
-             for g, b in (("probe", 0.03), ("final", 0.02))]
+STAGES = ("cornell_empty", "cornell_big_light", "cornell_light_sphere", "one_box") if harness.FULL else ("one_box",)
 
 
-@pytest.mark.parametrize("stage, gather, bias", AGREE)
-def test_agrees_with_path_tracing(render, tmp_path, stage, gather, bias):
-    """The class's mean within the bias budget of README.md."""
-    expected, _ = indirect(render, tmp_path, stage, "-t", "pathtrace", "--spp", 1024)
-    picture, frame = indirect(render, tmp_path, stage, *DDGI, "--warmup", 16, "--spp", 4 if gather == "probe" else 128,
-                              "--set", f"ddgi.gather={gather}")
+@pytest.mark.parametrize("gather, spp", [("probe", 4), ("final", 256)])
+@pytest.mark.parametrize("stage", STAGES)
+def test_agrees_with_path_tracing(render, stage, gather, spp):
+    """The class's mean within 3% by probes at the visible point, within 1.5% by final gather. (White_room and cornell_glass
+    lack the light of their mirrors and glass, which the caustics node brings.)"""
+    expected, _ = indirect(render, stage, "-t", "pathtrace", "--spp", 1024)
+    picture, frame = indirect(render, stage, *DDGI, "--warmup", 24, "--spp", spp, "--set", f"ddgi.gather={gather}",
+                              "--set", "ddgi.probes=2048")
     assert frame["nonfinite"] == 0
-    assert metrics.mean_ratio(picture, expected) == pytest.approx(1, abs=bias)
+    assert metrics.mean_ratio(picture, expected) == pytest.approx(1, abs=0.03 if gather == "probe" else 0.015)
+
+
+def test_five_boxes_are_as_bright_as_one(render):
+    """The paper's darkening test; and with its choice of lights, a fifth is left of each bounce's direct light."""
+    options = (*DDGI, "--warmup", 16, "--spp", 64, "--set", "ddgi.probes=2048")
+    one, _ = indirect(render, "one_box", *options)
+    five, _ = indirect(render, "five_boxes", *options)
+    assert five.mean() / one.mean() == pytest.approx(1, abs=0.03)
+    dark, _ = indirect(render, "five_boxes", *options, "--set", "light.selection=uncompensated")
+    assert dark.mean() / five.mean() == pytest.approx(0.2, rel=0.03)
+
+
+# ---- what a scene does not need, and what changes ----------------------------------------------
+
+@pytest.mark.parametrize("parts, reason", [
+    ((harness.matte(0.6),), "no lights"),
+    ((harness.matte(0), harness.LAMP), "nothing reflects diffusely"),
+])
+def test_is_skipped_where_there_is_nothing_to_do(render, tmp_path, parts, reason):
+    stage = harness.write_stage(tmp_path / "stage.usda", camera(), room(), *parts)
+    frame, = render(stage, *DDGI, "--default-light", "off").stats["frames"]
+    node, = (n for n in frame["nodes"] if n["name"] == "ddgi")
+    assert (node["state"], node["reason"]) == ("skipped", reason)
+
+
+def play(folder, stage, frames, *options):
+    """(indirect light as pictures, probe statistics) of the frames; no lamp is in the picture."""
+    done = harness.run("render", "--imageWidth", 32, "--imageHeight", 18, *DDGI, "--disable", "raytrace", "-f", frames,
+                       "--stats", folder / "stats.json", *options, stage, folder / "out.####.pfm")
+    assert done.status == 0, done.stderr
+    stats = json.loads((folder / "stats.json").read_text())["frames"]
+    return [metrics.read_image(folder / f"out.{int(f['frame']):04d}.pfm") for f in stats], [f["probes"] for f in stats]
+
+
+ABOVE = ("(0.8, 1.3, 0.3)", "(-0.8, 1.3, 0.3)")
+
+
+def test_converged_probes_sleep(tmp_path):
+    stage = harness.write_stage(tmp_path / "stage.usda", camera(), room(), harness.matte(0.6),
+                                lamp("Lamp", ABOVE[0], " = 20"))
+    pictures, probes = play(tmp_path, stage, "1:3", "--spp", 150, "--set", "ddgi.probes=300", "--set",
+                            "ddgi.tolerance=0.1")
+    assert 0 < probes[0]["active"] < probes[0]["total"]
+    assert probes[0]["updated"] > 50 * probes[0]["active"]
+    # One in 32 of them each frame.
+    assert probes[2]["updated"] < 150 * probes[2]["total"] / 24
+    assert pictures[2].mean() == pytest.approx(pictures[0].mean(), rel=0.03)
+
+
+def test_light_that_is_switched_off_is_gone_in_a_few_frames(tmp_path):
+    """A thousandth is left of the light; after 16 frames of 2 updates each, a fiftieth at most of what was."""
+    off = ".timeSamples = { 1: 50, 20: 50, 21: 0 }"
+    stage = harness.write_stage(tmp_path / "stage.usda", camera(), room(), harness.matte(0.6),
+                                lamp("Lamp", ABOVE[0], off), lamp("Other", ABOVE[1], " = 0.05"))
+    means = [p.mean() for p in play(tmp_path, stage, "1:36", "--set", "ddgi.probes=300", "--warmup", 1)[0]]
+    assert means[19] == pytest.approx(means[0], rel=0.25)
+    assert means[35] < 0.02 * means[19], means[19:]
+
+
+def test_probes_follow_a_moving_wall(tmp_path):
+    """A wall slides between lamp and camera; 20 frames later nine tenths at least of the difference are gone."""
+    wall = harness.mesh("[(-1.9, -1.9, 0), (1.9, -1.9, 0), (1.9, 1.9, 0), (-1.9, 1.9, 0)]", name="Wall", extra="""
+        double3 xformOp:translate.timeSamples = { 1: (0, 3.6, -0.5), 20: (0, 3.6, -0.5), 24: (0, 0, -0.5) }
+        uniform token[] xformOpOrder = ["xformOp:translate"]""")
+    stage = harness.write_stage(tmp_path / "stage.usda", camera(), room(), wall, harness.matte(0.6),
+                                lamp("Lamp", "(0.8, 1.3, -1.2)", " = 20"), lamp("Other", ABOVE[1], " = 1"))
+    options = ("--set", "ddgi.probes=600", "--warmup", 1)
+    played = play(tmp_path, stage, "1:44", *options)[0]
+    alone = play(tmp_path, stage, "44", "--set", "ddgi.probes=600", "--warmup", 30)[0][0]
+    before, after, expected = played[18].mean(), played[-1].mean(), alone.mean()
+    assert expected < 0.5 * before
+    assert abs(after - expected) < 0.1 * (before - expected)

@@ -18,11 +18,12 @@ const float kMissed = 1e30; // distance of a ray that met nothing, in spacings
 const float kMinimumDistance = 0.06; // of a probe from what it sees, in spacings
 const float kGeometryShare = 0.25;   // of the surfaces met, those met from behind, above which a probe is in geometry
 // The weight of round n is kForget / (n + kForget): light of few bounces, as the first rounds saw it, is forgotten as a power
-// of n, where a plain mean would keep it. The mean's variance is kForget^2 / (2 kForget - 1) / n that of one round.
+// of n, where a plain mean would keep it; so are distances to what has moved. The mean's variance is kForget^2 / (2 kForget - 1) / n that of one round.
 const float kForget = 6.0;
 const float kMeanVariance = kForget * kForget / (2.0 * kForget - 1.0);
 const float kFast = 0.25; // weight of a round in the fast mean
 const float kCountAfterChange = 2.0;
+const uint kSettle = 8u; // rounds after a change of the light for which the weight stays high, while bounces follow
 const float kCountConverged = 64.0; // rounds before a probe may sleep
 const float kSeenEnough = 64.0; // rounds after which distances rest until something changes
 
@@ -125,9 +126,10 @@ bool lightChanged(inout Probe probe, float slow[kProbeAxes]) {
     const float fastWeight = max(kFast, 1.0 / (probe.count + 1.0));
     const float varianceWeight = max(0.1, 1.0 / max(probe.count, 1.0));
     const float errors = kFast / (2.0 - kFast) + kMeanVariance / max(probe.count, kMeanVariance);
-    // Six axes of thousands of probes: a chance of 1e-9 while nothing is known to have changed, 6e-5 after a change.
-    const float bound = probe.watch > 0u ? 16.0 : 36.0;
-    bool changed = false;
+    // The axes' mean square deviation, about that of four independent ones: a chance of 0.3% after a change, when to begin
+    // anew costs noise only, and of 1e-7 while nothing is known to have changed.
+    const float bound = probe.watch > 0u ? 4.0 : 10.0;
+    float deviation = 0.0, expected = 0.0;
     for (uint i = 0u; i < kProbeAxes; ++i) {
         const float value = axisLuminance[i];
         // Successive differences: a step of the light enters the variance once.
@@ -135,10 +137,10 @@ bool lightChanged(inout Probe probe, float slow[kProbeAxes]) {
             probe.variance[i] = mix(probe.variance[i], 0.5 * sqr(value - probe.last[i]), varianceWeight);
         probe.last[i] = value;
         probe.fast[i] = mix(probe.fast[i], value, fastWeight);
-        const float difference = probe.fast[i] - slow[i];
-        changed = changed || sqr(difference) > bound * errors * probe.variance[i] + sqr(1e-4 * slow[i]);
+        deviation += sqr(probe.fast[i] - slow[i]);
+        expected += errors * probe.variance[i] + sqr(1e-4 * slow[i]);
     }
-    return changed && probe.count >= 8.0;
+    return deviation > bound * expected && probe.count >= 8.0;
 }
 
 bool isConverged(Probe probe, float slow[kProbeAxes]) {
@@ -185,10 +187,14 @@ void updateProbe(ProbeVolume volume, uint index) {
             slow[i] = probe.count > 0.0
                           ? luminance(volume.irradiance.v[index * kProbeIrradianceNodes + probeAxisNode(i)])
                           : axisLuminance[i];
-        if (lightChanged(probe, slow)) probe.count = kCountAfterChange;
+        if (lightChanged(probe, slow)) {
+            probe.count = kCountAfterChange;
+            probe.settle = kSettle;
+        }
         irradianceWeight = kForget / (probe.count + kForget);
-        distanceWeight = probe.seen < kSeenEnough ? 1.0 / (probe.seen + 1.0) : 0.0;
-        probe.count += 1.0;
+        distanceWeight = probe.seen < kSeenEnough ? kForget / (probe.seen + kForget) : 0.0;
+        if (probe.settle > 0u) --probe.settle;
+        else probe.count += 1.0;
         probe.seen += 1.0;
         const bool serves = !inGeometry && (probe.flags & kProbeNearby) != 0u;
         probe.flags &= kProbeNearby | kProbeLitBack;

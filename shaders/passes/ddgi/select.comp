@@ -20,7 +20,7 @@ const float kSeenAfterChange = 16.0;
 Probe freshProbe() {
     Probe p;
     p.offset = vec3(0.0);
-    p.flags = p.updates = 0u;
+    p.flags = p.updates = p.settle = 0u;
     p.count = p.seen = p.backShare = 0.0;
     p.watch = kWatch;
     p.moves = kMoves;
