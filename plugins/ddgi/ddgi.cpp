@@ -88,7 +88,8 @@ void DdgiNode::execute(graph::FrameContext& context) {
             updateProbes(context, shared::kProbeUpdateBounce);
         updateProbes(context, shared::kProbeUpdateAll);
     } else {
-        updateProbes(context, changed ? shared::kProbeUpdateChanged : 0);
+        const uint32_t relit = facts.changedLights > 0 ? shared::kProbeUpdateRelit : 0;
+        updateProbes(context, changed ? shared::kProbeUpdateChanged | relit : 0);
     }
     gather(context);
 }
@@ -98,7 +99,7 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
     gpu::Commands& commands = context.commands;
     const auto budget = static_cast<uint32_t>(context.params.getInt("ddgi.budget"));
     const bool bounce = (flags & shared::kProbeUpdateBounce) != 0;
-    const bool turns = (flags & ~shared::kProbeUpdateChanged) == 0;
+    const bool turns = (flags & ~(shared::kProbeUpdateChanged | shared::kProbeUpdateRelit)) == 0;
 
     shared::ProbeBeginPush begin{};
     begin.frame = context.frame;

@@ -96,6 +96,7 @@ TL_CONST uint kProbeUpdateMoved = 2;    // those that have just moved
 TL_CONST uint kProbeUpdateBounce = 4;   // active ones take in one more bounce: the round replaces their irradiance
 TL_CONST uint kProbeUpdateRestart = 8;  // all, of which nothing is known yet
 TL_CONST uint kProbeUpdateChanged = 16; // the scene is another than in the last frame
+TL_CONST uint kProbeUpdateRelit = 32;   // its lights are
 
 struct ProbeGatherPush {
     TL_REF(FrameConstants) frame;

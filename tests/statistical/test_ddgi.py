@@ -77,21 +77,22 @@ def test_scaled_furnace(render, tmp_path, scale, emission):
 STAGES = ("cornell_empty", "cornell_big_light", "cornell_light_sphere", "one_box") if harness.FULL else ("one_box",)
 
 
-@pytest.mark.parametrize("gather, spp", [("probe", 4), ("final", 256)])
+@pytest.mark.parametrize("gather, spp", [("probe", 4), ("final", 128)])
 @pytest.mark.parametrize("stage", STAGES)
 def test_agrees_with_path_tracing(render, stage, gather, spp):
-    """The class's mean within 3% by probes at the visible point, within 1.5% by final gather. (White_room and cornell_glass
+    """The class's mean within 3% by probes at the visible point, within 2% by final gather. (White_room and cornell_glass
     lack the light of their mirrors and glass, which the caustics node brings.)"""
     expected, _ = indirect(render, stage, "-t", "pathtrace", "--spp", 1024)
-    picture, frame = indirect(render, stage, *DDGI, "--warmup", 24, "--spp", spp, "--set", f"ddgi.gather={gather}",
+    picture, frame = indirect(render, stage, *DDGI, "--warmup", 16, "--spp", spp, "--set", f"ddgi.gather={gather}",
                               "--set", "ddgi.probes=2048")
     assert frame["nonfinite"] == 0
-    assert metrics.mean_ratio(picture, expected) == pytest.approx(1, abs=0.03 if gather == "probe" else 0.015)
+    assert metrics.mean_ratio(picture, expected) == pytest.approx(1, abs=0.03 if gather == "probe" else 0.02)
 
 
+@pytest.mark.skipif(not harness.FULL, reason="a minute: TRILUME_FULL=1")
 def test_five_boxes_are_as_bright_as_one(render):
     """The paper's darkening test; and with its choice of lights, a fifth is left of each bounce's direct light."""
-    options = (*DDGI, "--warmup", 16, "--spp", 64, "--set", "ddgi.probes=2048")
+    options = (*DDGI, "--warmup", 16, "--spp", 32, "--set", "ddgi.probes=1500")
     one, _ = indirect(render, "one_box", *options)
     five, _ = indirect(render, "five_boxes", *options)
     assert five.mean() / one.mean() == pytest.approx(1, abs=0.03)
@@ -114,8 +115,9 @@ def test_is_skipped_where_there_is_nothing_to_do(render, tmp_path, parts, reason
 
 def play(folder, stage, frames, *options):
     """(indirect light as pictures, probe statistics) of the frames; no lamp is in the picture."""
-    done = harness.run("render", "--imageWidth", 32, "--imageHeight", 18, *DDGI, "--disable", "raytrace", "-f", frames,
-                       "--stats", folder / "stats.json", *options, stage, folder / "out.####.pfm")
+    done = harness.run("render", "--imageWidth", 32, "--imageHeight", 18, *DDGI, "--disable", "raytrace",
+                       "--denoise", "off", "-f", frames, "--stats", folder / "stats.json", *options, stage,
+                       folder / "out.####.pfm")
     assert done.status == 0, done.stderr
     stats = json.loads((folder / "stats.json").read_text())["frames"]
     return [metrics.read_image(folder / f"out.{int(f['frame']):04d}.pfm") for f in stats], [f["probes"] for f in stats]
@@ -137,7 +139,7 @@ def test_converged_probes_sleep(tmp_path):
 
 
 def test_light_that_is_switched_off_is_gone_in_a_few_frames(tmp_path):
-    """A thousandth is left of the light; after 16 frames of 2 updates each, a fiftieth at most of what was."""
+    """A thousandth is left of the light; after 16 frames of one update each, a fiftieth at most of what was."""
     off = ".timeSamples = { 1: 50, 20: 50, 21: 0 }"
     stage = harness.write_stage(tmp_path / "stage.usda", camera(), room(), harness.matte(0.6),
                                 lamp("Lamp", ABOVE[0], off), lamp("Other", ABOVE[1], " = 0.05"))

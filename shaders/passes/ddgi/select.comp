@@ -15,6 +15,8 @@ const uint kSentinelPeriod = 32u; // rounds between two updates of a sleeping pr
 const uint kWatch = 16u;          // updates for which a change of the scene keeps probes awake
 const uint kMoves = 6u;           // relocations after a change of the scene
 const float kCountAfterChange = 64.0;
+// When a lamp changes, all light does: means follow quickly for a while, at the price of noise.
+const float kCountRelit = 3.0;
 const float kSeenAfterChange = 16.0;
 
 Probe freshProbe() {
@@ -37,7 +39,10 @@ void main() {
     } else if ((push.flags & kProbeUpdateChanged) != 0u) {
         volume.probes.v[index].watch = kWatch;
         volume.probes.v[index].moves = kMoves;
-        volume.probes.v[index].count = min(volume.probes.v[index].count, kCountAfterChange);
+        const bool relit = (push.flags & kProbeUpdateRelit) != 0u;
+        const float limit = relit ? kCountRelit : kCountAfterChange;
+        if (relit) volume.probes.v[index].settle = kWatch;
+        volume.probes.v[index].count = min(volume.probes.v[index].count, limit);
         volume.probes.v[index].seen = min(volume.probes.v[index].seen, kSeenAfterChange);
         // What stood near may be gone.
         volume.probes.v[index].flags &= ~(kProbeNearby | kProbeLitBack);
