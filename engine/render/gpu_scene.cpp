@@ -341,6 +341,7 @@ void GpuScene::updateInstances() {
     updateFacts(draft);
     casters_.assign(device_, findCasters(draft));
     matchLights(lights_.values(), lights.lights);
+    for (const shared::Light& light : lights.lights) lightKinds_ |= 1u << light.kind;
     const bool lightsChanged = lights_.assign(device_, std::move(lights.lights));
     if (lightsChanged) facts_.changedLights = facts_.lights;
     alias_.assign(device_, std::move(lights.alias));

@@ -32,6 +32,8 @@ public:
     /// Render space is world space minus this.
     glm::dvec3 origin() const { return origin_; }
     const shared::SceneTable& table() const { return table_; }
+    /// Bits of the kinds of light that there are, or were: kernels are made for them.
+    uint32_t lightKinds() const { return lightKinds_; }
     /// As it was before the last update; what it names stays until the next one.
     const shared::SceneTable& previousTable() const { return previousTable_; }
     /// Whether the last update changed the places of lights in the table, and where they went: of each light in
@@ -115,6 +117,7 @@ private:
     /// Lights keep their ids from frame to frame; an emissive mesh takes one for each triangle.
     std::unordered_map<uint64_t, std::pair<uint32_t, uint32_t>> lightIds_;
     uint32_t nextLightId_ = 0;
+    uint32_t lightKinds_ = 0;
     bool lightsRenumbered_ = false;
     DeviceTable<uint32_t> currentLight_{"lights since last frame"};
     DeviceTable<uint32_t> previousLight_{"lights in last frame"};

@@ -211,6 +211,7 @@ std::vector<std::pair<std::string, std::string>> View::Impl::shaderDefines() con
         {"TL_BSDF_CLEARCOAT", flag(materials.clearcoated())}, {"TL_CUTOUTS", flag(materials.cutouts())},
         {"TL_TEXTURES", flag(materials.textured())},
     };
+    defines.emplace_back("TL_LIGHT_KINDS", std::to_string(gpuScene.lightKinds()));
     if (engine.tracer() == gpu::Tracer::Query) defines.emplace_back("TL_TRACER_QUERY", "1");
     return defines;
 }

@@ -16,15 +16,17 @@ static void registerPlugin(trilume::Registry& registry) {
                        .choices = {"auto", "off", "temporal", "spatiotemporal"},
                        .doc =
                            "Whose reservoirs a pixel draws on: none, last frame's, or its neighbours' as well; auto: "
-                           "none where there are no more than two lights.",
+                           "none with four lights or fewer and no dome, else last frame's, and in an average only "
+                           "in its first 16 frames, as reuse couples frames.",
                        .cost = ParamCost::Structural,
                        .resetsHistory = true});
     registry.addParam({.name = "restir_di.lightCandidates",
-                       .defaultValue = int64_t{8},
+                       .defaultValue = int64_t{32},
                        .minimum = 1,
                        .maximum = 1024,
-                       .doc = "Light samples resampled into one for each pixel and frame; one where there are no more "
-                              "than two lights."});
+                       .doc =
+                           "Light samples resampled into one for each pixel and frame, no more than there are lights "
+                           "(a dome counts as eight); one where there are no more than two lights."});
     registry.addParam(
         {.name = "restir_di.bsdfCandidates",
          .defaultValue = int64_t{1},

@@ -2,14 +2,24 @@
 
 #include "shared/restir_di.h"
 
+#include <algorithm>
+
 namespace trilume {
 
 namespace {
 
-/// So few lights need no choice among them: every candidate is as good as what reuse would find (README.md, Cost).
-constexpr uint32_t kFewLights = 2;
+/// Among so few lights plain resampling has less error for its time than reuse (README.md, Cost).
+constexpr uint32_t kFewLights = 4;
+/// Reuse makes one frame better, but couples frames: the average of many is better when they stand alone.
+constexpr uint32_t kCoupledFrames = 16;
 
 bool fewLights(const graph::SceneFacts& facts) { return facts.lights <= kFewLights && !facts.environment; }
+
+/// More than one for each light add little but cost; a dome is worth several.
+uint32_t usefulCandidates(const graph::SceneFacts& facts) {
+    if (facts.environment) return std::max(facts.lights, 8u);
+    return facts.lights <= 2 ? 1 : facts.lights;
+}
 
 } // namespace
 
@@ -19,7 +29,7 @@ RestirDiNode::Choice RestirDiNode::choose(const graph::SceneFacts& facts, const 
     if (wanted == "temporal") return {Reuse::Temporal, ""};
     if (wanted == "spatiotemporal") return {Reuse::Spatiotemporal, ""};
     if (fewLights(facts)) return {Reuse::Off, "no reuse: too few lights to gain by it"};
-    return {Reuse::Spatiotemporal, ""};
+    return {Reuse::Temporal, ""};
 }
 
 graph::Need RestirDiNode::needed(const graph::SceneFacts& facts, const ParamSet& params) const {
@@ -58,13 +68,15 @@ void RestirDiNode::execute(graph::FrameContext& context) {
     push.final = resources.address(reservoirs_.current);
     push.direct = resources.address(direct_);
     push.lightCandidates =
-        fewLights(context.facts) ? 1 : static_cast<uint32_t>(params.getInt("restir_di.lightCandidates"));
+        std::min(static_cast<uint32_t>(params.getInt("restir_di.lightCandidates")), usefulCandidates(context.facts));
     push.bsdfCandidates = static_cast<uint32_t>(params.getInt("restir_di.bsdfCandidates"));
     push.bsdfRoughness = static_cast<float>(params.getFloat("restir_di.bsdfRoughness"));
     push.maxHistory = static_cast<float>(params.getInt("restir_di.maxHistory"));
     push.spatialNeighbors = spatial ? static_cast<uint32_t>(params.getInt("restir_di.spatialNeighbors")) : 0;
     push.radius = static_cast<float>(params.getFloat("restir_di.radius"));
     push.history = history ? 1 : 0;
+    const bool alone = params.getChoice("restir_di.reuse") == "auto" && context.sampleIndex >= kCoupledFrames;
+    push.alone = alone ? 1 : 0;
 
     const char* unbiased = params.getChoice("restir_di.mode") == "unbiased" ? "1" : "0";
     const auto dispatch = [&](const char* shader, std::vector<std::pair<std::string, std::string>> defines) {
@@ -73,7 +85,7 @@ void RestirDiNode::execute(graph::FrameContext& context) {
                                   context.height);
     };
     dispatch("passes/restir_di/candidates.comp", {{"TL_REUSE", reuse_ == Reuse::Off ? "0" : "1"}});
-    if (reuse_ == Reuse::Off) return;
+    if (reuse_ == Reuse::Off || alone) return;
     // Without history it finds no neighbours, but its pipeline is made with the others before the first picture.
     context.commands.barrier();
     dispatch("passes/restir_di/temporal.comp", {{"TL_LAST_FRAME", "1"}});

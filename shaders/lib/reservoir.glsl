@@ -1,7 +1,7 @@
-// Resampling: weighted reservoirs and the defensive pairwise MIS weights of Lin et al. 2022 (GRIS), section 7.1.3 and
-// supplement. Confidences: c of the canonical technique, cNeighbor of a neighbour's, cNeighbors the sum over all
-// neighbours. The target functions stand for one sample x, pCanonical at the canonical point, pNeighbor at the neighbour's.
-// The weights that all techniques give x sum to 1, wherever one of them is positive.
+// Resampling: weighted reservoirs, and pairwise MIS weights (Bitterli 2022, thesis) in the defensive form of Lin et al. 2022
+// (GRIS). Confidences: c of the canonical technique, cNeighbor of one neighbour's, cNeighbors the sum over all neighbours.
+// The target functions stand for one sample x: pCanonical at the canonical point, pNeighbor at the neighbour's. The weights
+// that all techniques give x sum to 1 wherever pCanonical is positive; elsewhere x brings nothing.
 #ifndef TL_LIB_RESERVOIR_GLSL
 #define TL_LIB_RESERVOIR_GLSL
 

@@ -45,7 +45,7 @@ struct RestirPush {
     uint spatialNeighbors;
     float radius; // pixels
     uint history; // 1: there is a last frame
-    uint padding;
+    uint alone;   // 1: this frame shades with its own candidates; they are kept for the next one
 };
 
 TL_END

@@ -34,6 +34,7 @@ protected:
 #include "lib/math.glsl"
 #include "lib/mis.glsl"
 #include "lib/octahedral.glsl"
+#include "lib/reservoir.glsl"
 #include "lib/rng.glsl"
 #include "lib/sampling.glsl"
 layout(local_size_x = 64) in;
@@ -227,6 +228,34 @@ TEST_F(LibTest, finiteTestsSeeEveryKind) {
     EXPECT_NEAR(srgb[0].y, 0.002, 1e-6);
     EXPECT_NEAR(srgb[1].z, 0.18, 1e-5);
     EXPECT_NEAR(srgb[1].w, 1, 1e-6);
+}
+
+// Of all techniques that could have drawn a sample; targets over 60 decades, some of them 0, confidences of 1 to 100.
+TEST_F(LibTest, pairwiseWeightsSumToOne) {
+    const auto sums = map(R"(
+    Sampler s = samplerInit(uvec2(i, 0u), 0u, 5u, kSamplerIndependent);
+    float p[5], c[5], others = 0.0;
+    for (uint k = 0u; k < 5u; ++k) {
+        p[k] = k > 0u && sample1D(s) < 0.2 ? 0.0 : pow(10.0, 60.0 * sample1D(s) - 30.0);
+        c[k] = exp2(6.6 * sample1D(s));
+        if (k > 0u) others += c[k];
+    }
+    float canonical = c[0] / (c[0] + others);
+    r.y = 1.0;
+    for (uint k = 1u; k < 5u; ++k) {
+        const float m = pairwiseNeighbor(c[0], others, c[k], p[0], p[k]);
+        canonical += pairwiseCanonical(c[0], others, c[k], p[0], p[k]);
+        r.x += m;
+        r.y = min(r.y, p[k] > 0.0 ? m : 1.0 - m);
+    }
+    r.x += canonical;
+    r.z = canonical - c[0] / (c[0] + others);)",
+                          1 << 14);
+    for (const glm::vec4& s : sums) {
+        ASSERT_NEAR(s.x, 1, 1e-5);
+        ASSERT_GE(s.y, 0) << "a negative weight, or one for what the technique cannot draw";
+        ASSERT_GE(s.z, 0) << "the canonical technique keeps its share";
+    }
 }
 
 } // namespace

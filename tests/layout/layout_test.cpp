@@ -47,8 +47,8 @@ namespace {
 const std::map<std::string, StructLayout> kHostLayouts = {
     TL_LAYOUT(BvhNode, origin, exponents, children, lowX, lowY, lowZ, highX, highY, highZ, padding0, padding1),
     TL_LAYOUT(LeafTriangle, corner0, corner1, corner2, triangle),
-    TL_LAYOUT(BptPush, frame, points, reservoirs, direct, caustic, indirect, vertices, vertexCounts, splats, maxVertices,
-              maxDepth, rouletteDepth, powerShare),
+    TL_LAYOUT(BptPush, frame, points, reservoirs, direct, caustic, indirect, vertices, vertexCounts, splats,
+              maxVertices, maxDepth, rouletteDepth, powerShare),
     TL_LAYOUT(BptVertex, instance, primitive, uv, direction, flux, dVCM, dVC),
     TL_LAYOUT(Camera, position, lensRadius, filmCorner, focusDistance, filmU, nearClip, filmV, farClip, right, filmArea,
               up, pixelAngle, forward, padding),
@@ -105,7 +105,7 @@ const std::map<std::string, StructLayout> kHostLayouts = {
     TL_LAYOUT(Reservoir, light, uv, weight, target, confidence, normal, depth),
     TL_LAYOUT(TemporalNeighbor, pixel, target),
     TL_LAYOUT(RestirPush, frame, points, previousPoints, previous, neighbors, merged, final, direct, lightCandidates,
-              bsdfCandidates, bsdfRoughness, maxHistory, spatialNeighbors, radius, history, padding),
+              bsdfCandidates, bsdfRoughness, maxHistory, spatialNeighbors, radius, history, alone),
     TL_LAYOUT(VisibilityPush, frame, points, emission, albedo, normal, depth, motion, maxBounces, flags),
 };
 

@@ -16,7 +16,7 @@ namespace trilume {
 namespace {
 
 constexpr uint32_t kSize = 24, kBlock = 8;
-constexpr int kReferences = 16;
+constexpr int kReferences = 8;
 /// Of any test failing by chance: pictures come out the same in every run, so a pass stays a pass.
 constexpr double kSignificance = 1e-3;
 
@@ -154,7 +154,7 @@ protected:
     void TearDown() override { EXPECT_EQ(engine().device().validationMessages(), 0u); }
 
     /// The last of `frames` frames, of which `step` sets the scene, over many seeds, against ray tracing of that frame.
-    void expectUnbiased(const Step& step, int frames, int seeds = 192) {
+    void expectUnbiased(const Step& step, int frames, int seeds = 128) {
         Room room;
         step(room, frames - 1);
         Mean expected, found;

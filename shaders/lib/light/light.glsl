@@ -8,6 +8,14 @@
 #include "lib/light/planar.glsl"
 #include "lib/light/sample.glsl"
 
+// Bits of the kinds that the scene has: where lanes are those of a CPU's vectors, every case of a switch costs, taken or not.
+#ifndef TL_LIGHT_KINDS
+#define TL_LIGHT_KINDS 0x7f
+#endif
+bool lightIs(Light light, uint kind) { return (TL_LIGHT_KINDS >> kind & 1) != 0 && light.kind == kind; }
+
+bool lightIsInfinite(Light light) { return light.kind == kLightDistant || light.kind == kLightDome; }
+
 // Emitted radiance, W/(m^2 sr), seen when looking along unit wi (from the receiver to the light); 0 on the back of planar
 // lights, outside a distant light's cone, and for a distant light of angle 0. Spheres and cylinders emit outward: their
 // inside is for the caller to tell by the surface's normal. `uv`: lightUv at the point seen.
@@ -40,15 +48,13 @@ vec2 lightUv(Light light, vec3 point, vec3 wi) {
 // A direction from `position` towards the light, without the probability of having chosen the light. u in [0,1)^2.
 LightSample lightSample(Light light, DistributionRef distributions, vec3 position, vec2 u) {
     LightSample s = kNoLight;
-    switch (light.kind) {
-    case kLightRect: s = rectSample(light, distributions, position, u); break;
-    case kLightDisk: s = diskSample(light, position, u); break;
-    case kLightSphere: s = sphereSample(light, position, u); break;
-    case kLightCylinder: s = cylinderSample(light, position, u); break;
-    case kLightDistant: s = distantSample(light, u); break;
-    case kLightDome: s = domeSample(light, distributions, u); break;
-    case kLightTriangle: s = triangleSample(light, position, u); break;
-    }
+    if (lightIs(light, kLightRect)) s = rectSample(light, distributions, position, u);
+    else if (lightIs(light, kLightDisk)) s = diskSample(light, position, u);
+    else if (lightIs(light, kLightSphere)) s = sphereSample(light, position, u);
+    else if (lightIs(light, kLightCylinder)) s = cylinderSample(light, position, u);
+    else if (lightIs(light, kLightDistant)) s = distantSample(light, u);
+    else if (lightIs(light, kLightDome)) s = domeSample(light, distributions, u);
+    else if (lightIs(light, kLightTriangle)) s = triangleSample(light, position, u);
     if (!(s.pdfSolidAngle > 0.0) || !isFinite(s.pdfSolidAngle) || !isFinite(s.wi)) return kNoLight;
     if (light.kind != kLightDistant) s.radiance = lightRadiance(light, s.wi, s.uv);
     return s;
@@ -58,15 +64,13 @@ LightSample lightSample(Light light, DistributionRef distributions, vec3 positio
 // at infinity); 0 for directions that it never makes. The caller has made sure that wi meets the emitting side.
 float lightPdfSolidAngle(Light light, DistributionRef distributions, vec3 from, vec3 point, vec3 wi) {
     float pdf = 0.0;
-    switch (light.kind) {
-    case kLightRect: pdf = rectPdf(light, distributions, from, point, wi); break;
-    case kLightDisk: pdf = diskPdf(light, from, point, wi); break;
-    case kLightSphere: pdf = spherePdf(light, from, wi); break;
-    case kLightCylinder: pdf = cylinderPdf(light, from, wi); break;
-    case kLightDistant: pdf = distantPdf(light, wi); break;
-    case kLightDome: pdf = domePdf(light, distributions, wi); break;
-    case kLightTriangle: pdf = trianglePdf(light, from, wi); break;
-    }
+    if (lightIs(light, kLightRect)) pdf = rectPdf(light, distributions, from, point, wi);
+    else if (lightIs(light, kLightDisk)) pdf = diskPdf(light, from, point, wi);
+    else if (lightIs(light, kLightSphere)) pdf = spherePdf(light, from, wi);
+    else if (lightIs(light, kLightCylinder)) pdf = cylinderPdf(light, from, wi);
+    else if (lightIs(light, kLightDistant)) pdf = distantPdf(light, wi);
+    else if (lightIs(light, kLightDome)) pdf = domePdf(light, distributions, wi);
+    else if (lightIs(light, kLightTriangle)) pdf = trianglePdf(light, from, wi);
     return isFinite(pdf) ? pdf : 0.0;
 }
 

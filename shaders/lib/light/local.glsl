@@ -11,8 +11,6 @@
 #include "lib/light/light.glsl"
 #include "lib/octahedral.glsl"
 
-bool isInfinite(Light light) { return light.kind == kLightDome || light.kind == kLightDistant; }
-
 // Of unit direction wi towards a light at infinity.
 vec2 infiniteLocalUv(Light light, vec3 wi) {
     if (light.kind == kLightDome)
@@ -24,7 +22,7 @@ vec2 infiniteLocalUv(Light light, vec3 wi) {
 }
 
 // Of a point that lightSample made.
-vec2 lightLocalUv(Light light, LightSample s) { return isInfinite(light) ? infiniteLocalUv(light, s.wi) : s.uv; }
+vec2 lightLocalUv(Light light, LightSample s) { return lightIsInfinite(light) ? infiniteLocalUv(light, s.wi) : s.uv; }
 
 LightSample infiniteSampleAt(Light light, vec2 uv) {
     LightSample s = kNoLight;
@@ -81,7 +79,7 @@ vec3 surfacePoint(Light light, vec2 uv, out vec3 normal, out float area, out flo
 
 // The place `uv` as `position` sees it. pdfSolidAngle is that of a density of 1 per uv: |duv / d(solid angle)|.
 LightSample lightSampleAt(Light light, vec3 position, vec2 uv) {
-    if (isInfinite(light)) return infiniteSampleAt(light, uv);
+    if (lightIsInfinite(light)) return infiniteSampleAt(light, uv);
     LightSample s = kNoLight;
     float area, scale;
     const vec3 toPoint = light.position - position + surfacePoint(light, uv, s.normal, area, scale);

@@ -1,5 +1,5 @@
 // ReSTIR DI, first pass: resampled importance sampling of this frame's candidates (Talbot 2005), and where last frame showed
-// the same surface. Without reuse (TL_REUSE 0) it ends here, with the estimate.
+// the same surface. Without reuse (TL_REUSE 0), and in frames that stand alone, it ends here, with the estimate.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -107,6 +107,8 @@ Stream drawCandidates(Shading shading, inout Sampler rng) {
     return s;
 }
 
+vec3 estimate(Stream s, float share) { return s.contribution * (s.sum / luminance(s.contribution)) * share; }
+
 #if TL_REUSE
 Reservoir describe(VisiblePoint point, Shading shading) {
     Reservoir r = kEmptyReservoir;
@@ -116,16 +118,20 @@ Reservoir describe(VisiblePoint point, Shading shading) {
     return r;
 }
 
-void keepCandidate(Shading shading, Stream s, inout Reservoir r) {
-    const float share = TL_UNBIASED != 0 || (TL_CUTOUTS != 0 && s.arrival > 0.0) ? keptVisibility(shading, s) : 1.0;
-    if (!(share > 0.0)) return; // occluded: W = 0, the confidence stays
+// Returns the estimate, where visibility is known.
+vec3 keepCandidate(Shading shading, Stream s, inout Reservoir r) {
+    const bool looks = TL_UNBIASED != 0 || push.alone != 0u || (TL_CUTOUTS != 0 && s.arrival > 0.0);
+    const float share = looks ? keptVisibility(shading, s) : 1.0;
+    if (!(share > 0.0)) return vec3(0.0); // occluded: W = 0, the confidence stays
+    const vec3 direct = estimate(s, share);
     const float perUv = directSampleAt(shading.surface.position, s.kept.light, s.kept.uv).pdfSolidAngle;
-    if (!(perUv > 0.0)) return;
+    if (!(perUv > 0.0)) return direct;
     r.light = s.kept.light;
     r.uv = s.kept.uv;
     r.target = luminance(s.contribution) / perUv;
     finishReservoir(r, s.sum);
     if (TL_UNBIASED != 0) r.target *= share;
+    return direct;
 }
 
 TemporalNeighbor findNeighbor(uvec2 pixel, VisiblePoint point, Shading shading, Reservoir r) {
@@ -152,9 +158,8 @@ void main() {
 #if TL_REUSE
     Reservoir r = kEmptyReservoir;
     TemporalNeighbor neighbor = TemporalNeighbor(kNone, 0.0);
-#else
-    vec3 direct = vec3(0.0);
 #endif
+    vec3 direct = vec3(0.0);
     if (point.instance != kNone) {
         Sampler rng = pixelSampler(pixel);
         rng.dimension = point.dimension;
@@ -162,20 +167,23 @@ void main() {
         Stream s = drawCandidates(shading, rng);
 #if TL_REUSE
         r = describe(point, shading);
-        if (s.sum > 0.0) keepCandidate(shading, s, r);
-        neighbor = findNeighbor(pixel, point, shading, r);
+        if (s.sum > 0.0) direct = point.throughput * keepCandidate(shading, s, r);
+        if (push.alone == 0u) neighbor = findNeighbor(pixel, point, shading, r);
 #else
         if (s.sum > 0.0) {
             const float share = keptVisibility(shading, s);
-            direct = point.throughput * s.contribution * (s.sum / luminance(s.contribution)) * share;
+            direct = point.throughput * estimate(s, share);
         }
 #endif
     }
 #if TL_REUSE
-    push.merged.v[index] = r;
-    push.neighbors.v[index] = neighbor;
-#else
-    push.direct.v[index] = direct;
+    if (push.alone != 0u) push.final.v[index] = r;
+    else {
+        push.merged.v[index] = r;
+        push.neighbors.v[index] = neighbor;
+    }
+    if (push.alone != 0u)
 #endif
+        push.direct.v[index] = direct;
     countRays(rayCount);
 }
