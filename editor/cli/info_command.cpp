@@ -44,12 +44,9 @@ Json tracersJson(const std::vector<gpu::DeviceInfo>& devices) {
 }
 
 Json techniqueJson(const Technique& technique, const std::string& defaultName) {
-    return {{"name", technique.name},
-            {"default", technique.name == defaultName},
-            {"reference", technique.reference},
-            {"overlapping", technique.overlapping},
-            {"nodes", technique.nodes},
-            {"doc", technique.doc}};
+    return {{"name", technique.name},           {"default", technique.name == defaultName},
+            {"reference", technique.reference}, {"overlapping", technique.overlapping},
+            {"nodes", technique.nodes},         {"doc", technique.doc}};
 }
 
 Json pluginJson(const Registry::PluginInfo& plugin) {

@@ -55,7 +55,7 @@ struct CausticsPush {
     TL_REF(vec3) caustic;
     TL_REF(vec4) mean;         // over frames, and how many
     TL_REF(vec4) previousMean; // with kCausticsUnchanged
-    TL_REF(uint) splats; // kFixedWords for each pixel
+    TL_REF(uint) splats;       // kFixedWords for each pixel
     TL_REF(GuideTarget) guide;
     TL_REF(GuideTarget) previousGuide; // with kCausticsHistory, as the state
     TL_REF(CausticState) state;
