@@ -27,7 +27,7 @@ static void registerPlugin(trilume::Registry& registry) {
                        .doc = "Rays in one update of a probe.",
                        .cost = ParamCost::Structural});
     registry.addParam({.name = "ddgi.budget",
-                       .defaultValue = int64_t{65536},
+                       .defaultValue = int64_t{32768},
                        .minimum = 1024,
                        .maximum = 16777216,
                        .unit = "rays",

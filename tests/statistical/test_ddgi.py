@@ -155,7 +155,7 @@ def test_probes_follow_a_moving_wall(tmp_path):
         uniform token[] xformOpOrder = ["xformOp:translate"]""")
     stage = harness.write_stage(tmp_path / "stage.usda", camera(), room(), wall, harness.matte(0.6),
                                 lamp("Lamp", "(0.8, 1.3, -1.2)", " = 20"), lamp("Other", ABOVE[1], " = 1"))
-    options = ("--set", "ddgi.probes=600", "--warmup", 1)
+    options = ("--set", "ddgi.probes=600", "--set", "ddgi.budget=65536", "--warmup", 1)
     played = play(tmp_path, stage, "1:44", *options)[0]
     alone = play(tmp_path, stage, "44", "--set", "ddgi.probes=600", "--warmup", 30)[0][0]
     before, after, expected = played[18].mean(), played[-1].mean(), alone.mean()
