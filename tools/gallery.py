@@ -18,7 +18,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 import metrics
 
 TECHNIQUES = ("raytrace", "ddgi_restir", "ddgi_restir_bpt", "hybrid")
-REFERENCE_SPP, WARMUP, FRAMES = 2048, 16, 9
+REFERENCE_SPP, WARMUP, FRAMES = 256, 16, 9
 
 
 class Gallery:
@@ -46,7 +46,7 @@ class Gallery:
 
 def main():
     stage = sys.argv[1] if len(sys.argv) > 1 else "cornell_glass"
-    width, height = map(int, sys.argv[2:4]) if len(sys.argv) > 3 else (480, 270)
+    width, height = map(int, sys.argv[2:4]) if len(sys.argv) > 3 else (320, 180)
     gallery = Gallery(stage, width, height)
     truth, total = gallery.render("reference", "--spp", str(REFERENCE_SPP))
     print("| technique | ms a frame | relMSE | mean ratio |\n|---|---|---|---|")

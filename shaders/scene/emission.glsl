@@ -31,7 +31,7 @@ EmittedRay sampleEmissionAt(Light light, vec2 uv, inout Sampler rng) {
     vec3 direction;
     float pdf;
     const vec2 u = sample2D(rng);
-    if (isInfinite(light)) {
+    if (lightIsInfinite(light)) {
         const LightSample s = infiniteSampleAt(light, uv);
         direction = -s.wi;
         pdf = s.pdfSolidAngle;
@@ -47,14 +47,14 @@ EmittedRay sampleEmissionAt(Light light, vec2 uv, inout Sampler rng) {
 
 // Where on the light a ray left it (lib/light/local.glsl).
 vec2 emissionLocalUv(Light light, EmittedRay ray) {
-    return isInfinite(light) ? infiniteLocalUv(light, -ray.direction) : ray.uv;
+    return lightIsInfinite(light) ? infiniteLocalUv(light, -ray.direction) : ray.uv;
 }
 
 // Density of a ray of the light by position and direction, the choice of the light included, where it leaves `point` with
 // this normal; both are not used for lights at infinity.
 float emissionPdf(Light light, vec3 point, vec3 normal, vec3 direction) {
     const float pdfPosition =
-        isInfinite(light) ? emitDiskPdf(TL_SCENE.boundsRadius)
+        lightIsInfinite(light) ? emitDiskPdf(TL_SCENE.boundsRadius)
                                : lightEmitPdfArea(light, TL_SCENE.distributions, normal, lightUv(light, point, -direction));
     return light.selection * pdfPosition * lightEmitPdfDirection(light, TL_SCENE.distributions, normal, direction);
 }

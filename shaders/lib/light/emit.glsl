@@ -134,7 +134,7 @@ EmittedRay emittedRay(Light light, EmitPoint point, vec3 direction, float pdfDir
                       float boundsRadius, vec2 u) {
     EmittedRay ray;
     ray.direction = direction;
-    ray.infinite = isInfinite(light);
+    ray.infinite = lightIsInfinite(light);
     ray.delta = light.kind == kLightDistant && light.radius <= 0.0;
     ray.origin = point.position;
     ray.normal = point.normal;
@@ -156,7 +156,7 @@ EmittedRay emittedRay(Light light, EmitPoint point, vec3 direction, float pdfDir
 EmittedRay lightEmit(Light light, DistributionRef distributions, vec3 boundsCenter, float boundsRadius, vec2 uPosition,
                      vec2 uDirection) {
     EmitPoint point = EmitPoint(vec3(0.0), vec3(0.0), vec2(0.0), 0.0);
-    if (!isInfinite(light)) point = lightEmitPoint(light, distributions, uPosition);
+    if (!lightIsInfinite(light)) point = lightEmitPoint(light, distributions, uPosition);
     const vec3 direction = lightEmitDirection(light, distributions, point.normal, uDirection);
     const float pdf = lightEmitPdfDirection(light, distributions, point.normal, direction);
     return emittedRay(light, point, direction, pdf, boundsCenter, boundsRadius, uPosition);

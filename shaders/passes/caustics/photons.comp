@@ -33,7 +33,7 @@ Emission emitPhoton(inout Sampler rng) {
     float uChoice = sample1D(rng);
     Emission e;
     e.group = guideGroup(index);
-    e.parallel = isInfinite(light);
+    e.parallel = lightIsInfinite(light);
     e.flux = vec3(0.0);
 
     const float share = TL_SCENE.casterCount > 0u ? push.uniformShare : 1.0;
