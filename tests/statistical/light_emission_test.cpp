@@ -73,7 +73,7 @@ void main() {
                                area * lightEmitPdfDirection(light, push.distributions, r.normal, r.direction));
 #else
     const Query q = push.queries.v[i];
-    push.pdfs.v[i] = vec2(isInfinite(light) ? 0.0 : lightEmitPdfArea(light, push.distributions, q.normal, q.uv),
+    push.pdfs.v[i] = vec2(lightIsInfinite(light) ? 0.0 : lightEmitPdfArea(light, push.distributions, q.normal, q.uv),
                           lightEmitPdfDirection(light, push.distributions, q.normal, q.direction));
 #endif
 }
