@@ -18,7 +18,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 import metrics
 
 TECHNIQUES = ("raytrace", "ddgi_restir", "ddgi_restir_bpt", "hybrid")
-REFERENCE_SPP, WARMUP, FRAMES = 256, 16, 9
+REFERENCE_SPP, WARMUP, FRAMES = 128, 16, 9
 
 
 class Gallery:
