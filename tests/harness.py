@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from pxr import Usd, UsdLux
 
 import metrics
 
@@ -200,6 +201,35 @@ def matte(albedo=0.8, emission=0.0, name="Matte"):
         }}
     }}
 """
+
+
+GLASS = """
+    def Material "Glass"
+    {
+        token outputs:surface.connect = </World/Glass/Surface.outputs:surface>
+        def Shader "Surface"
+        {
+            uniform token info:id = "UsdPreviewSurface"
+            color3f inputs:diffuseColor = (1, 1, 1)
+            float inputs:ior = 1.5
+            float inputs:opacity = 0
+            token inputs:opacityMode = "transparent"
+            float inputs:roughness = 0
+            token outputs:surface
+        }
+    }
+"""
+
+
+def scaled_emission(stage, path, factor):
+    """A copy of the stage with the intensity of all its lights times `factor`; returns its path."""
+    copy = Usd.Stage.Open(str(find_stage(stage)))
+    for prim in copy.Traverse():
+        if prim.HasAPI(UsdLux.LightAPI):
+            light = UsdLux.LightAPI(prim)
+            light.GetIntensityAttr().Set(light.GetIntensityAttr().Get() * factor)
+    copy.GetRootLayer().Export(str(path))
+    return path
 
 
 def write_stage(path, *parts):

@@ -6,8 +6,8 @@ namespace trilume {
 
 /// Camera rays, followed through delta lobes; see README.md. Creates
 /// `visibility.points` (shared::VisiblePoint, with last frame's), `visibility.emission` (vec3) and, when an AOV or an
-/// image filter wants them,
-/// `visibility.albedo` (vec3), `.normal` (vec3, world), `.depth` (float, metres), `.motion` (vec2, pixels).
+/// image filter wants them, `visibility.albedo` (vec3), `.normal` (vec3, world), `.depth` (float, metres), `.motion`
+/// (vec2, pixels).
 class VisibilityNode final : public graph::Node {
 public:
     void declare(graph::Builder& builder) override;

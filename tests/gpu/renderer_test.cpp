@@ -387,6 +387,31 @@ TEST_F(RendererTest, ViewsOfDifferentScenesTakeTurns) {
     expectSame(view.render({.spp = 1}), before);
 }
 
+// What TearDown asks of all tests is the point here: no message of the validation layers from any node, on a first
+// frame, in a still scene, and after a move.
+TEST_F(RendererTest, EveryTechniqueKeepsTheRulesOfVulkan) {
+    for (const Technique& technique : engine().registry().techniques()) {
+        SCOPED_TRACE(technique.name);
+        Room room;
+        Material glass = lambert(glm::vec3(1));
+        glass.ior = 1.5f;
+        glass.transmission = 1;
+        glass.roughness = 0;
+        room.scene.world.add(room.scene.createEntity("/Lens", glm::translate(glm::dmat4(1), {1.2, 1, 1})),
+                             SphereInstance{0.5f, room.scene.addMaterial(glass)});
+        View view(engine(), room.scene, 16, 16, "");
+        view.setTechnique(technique.name);
+        view.params().set("denoise.mode", "temporal");
+        if (std::count(technique.nodes.begin(), technique.nodes.end(), "restir_di") > 0)
+            view.params().set("restir_di.reuse", "spatiotemporal");
+        for (const double x : {0.0, 0.0, 0.3}) {
+            room.scene.world.modify<LocalTransform>(room.ball)->parentFromLocal[3].x = x;
+            EXPECT_GT(mean(view.render({.spp = 2})), 0);
+            EXPECT_EQ(view.stats().nonfinite, 0u);
+        }
+    }
+}
+
 TEST_F(RendererTest, RemovedCameraIsAnError) {
     Room room;
     View view(engine(), room.scene, 16, 16, "");

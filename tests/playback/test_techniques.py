@@ -8,7 +8,7 @@ from pxr import Usd, UsdGeom, Vt
 
 import harness
 import metrics
-from harness import CAMERA, LAMP, matte, mesh, write_stage
+from harness import CAMERA, GLASS, LAMP, matte, mesh, write_stage
 
 TECHNIQUES = {t["name"]: t for t in json.loads((harness.ROOT / "plugins/techniques.json").read_text())}
 # All nodes are in these; one by one where there is time.
@@ -22,22 +22,6 @@ CLOSED_BOX = mesh(
     counts="[4, 4, 4, 4, 4, 4]",
     indices="[0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5]", name="Box")
 
-GLASS = """
-    def Material "Glass"
-    {
-        token outputs:surface.connect = </World/Glass/Surface.outputs:surface>
-        def Shader "Surface"
-        {
-            uniform token info:id = "UsdPreviewSurface"
-            color3f inputs:diffuseColor = (1, 1, 1)
-            float inputs:ior = 1.5
-            float inputs:opacity = 0
-            token inputs:opacityMode = "transparent"
-            float inputs:roughness = 0
-            token outputs:surface
-        }
-    }
-"""
 
 
 def ball(name, position, radius, material="Glass"):
@@ -53,7 +37,7 @@ def ball(name, position, radius, material="Glass"):
 
 
 def many_emissive_triangles(path):
-    """100,000 of them in a wavy carpet, most of them black, over which a square hangs."""
+    """100,000 of them in a wavy carpet that glows, over which a square hangs."""
     stage = Usd.Stage.Open(str(write_stage(path, CAMERA, mesh(), matte(0.8), matte(0, 1.0, "Glow"))))
     columns, rows = 250, 200
     x, z = np.meshgrid(np.linspace(-4, 4, columns + 1), np.linspace(-4, 4, rows + 1))

@@ -5,7 +5,6 @@ Agreement with Mitsuba: tests/image. Scenes that leave nothing to do: tests/play
 
 import numpy as np
 import pytest
-from pxr import Usd, UsdLux
 
 import bpt_stages
 import harness
@@ -132,13 +131,7 @@ def test_scaled_stage_gives_the_same_image(render, tmp_path, factor):
 
 @pytest.mark.parametrize("factor", [1e-5, 1e5])
 def test_scaled_emission_scales_the_image(render, tmp_path, factor):
-    stage = Usd.Stage.Open(str(harness.find_stage("cornell_glass")))
-    for prim in stage.Traverse():
-        if prim.HasAPI(UsdLux.LightAPI):
-            light = UsdLux.LightAPI(prim)
-            light.GetIntensityAttr().Set(light.GetIntensityAttr().Get() * factor)
-    path = tmp_path / "scaled.usda"
-    stage.GetRootLayer().Export(str(path))
+    path = harness.scaled_emission("cornell_glass", tmp_path / "scaled.usda", factor)
     flags = (*BPT, "--spp", 16, "--seed", 5)
     assert render(path, *flags).image / factor == pytest.approx(render("cornell_glass", *flags).image, rel=1e-3)
 

@@ -12,22 +12,7 @@ CAUSTICS = ("-t", "hybrid", "--denoise", "off", *(o for node in ("restir_di", "d
 # A small picture with many photons.
 MANY = (*CAUSTICS, "--set", "caustics.photonsPerPixel=64")
 
-MIRROR_AND_GLASS = """
-    def Material "Glass"
-    {
-        token outputs:surface.connect = </World/Glass/Surface.outputs:surface>
-        def Shader "Surface"
-        {
-            uniform token info:id = "UsdPreviewSurface"
-            color3f inputs:diffuseColor = (1, 1, 1)
-            float inputs:ior = 1.5
-            float inputs:metallic = 0
-            float inputs:opacity = 0
-            token inputs:opacityMode = "transparent"
-            float inputs:roughness = 0
-            token outputs:surface
-        }
-    }
+MIRROR_AND_GLASS = harness.GLASS + """
     def Material "Mirror"
     {
         token outputs:surface.connect = </World/Mirror/Surface.outputs:surface>

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pxr import Usd, UsdGeom, UsdLux, UsdShade
+from pxr import Usd, UsdGeom, UsdShade
 
 import harness
 import metrics
@@ -61,13 +61,7 @@ def test_same_seed_same_image_on_any_number_of_threads(render, tracer):
 
 @pytest.mark.parametrize("factor", [1e-5, 1e5])
 def test_scaled_emission_scales_the_image(render, tmp_path, factor):
-    stage = Usd.Stage.Open(str(harness.find_stage("maze")))
-    for prim in stage.Traverse():
-        if prim.HasAPI(UsdLux.LightAPI):
-            light = UsdLux.LightAPI(prim)
-            light.GetIntensityAttr().Set(light.GetIntensityAttr().Get() * factor)
-    path = tmp_path / "scaled.usda"
-    stage.GetRootLayer().Export(str(path))
+    path = harness.scaled_emission("maze", tmp_path / "scaled.usda", factor)
     flags = (*REUSE, "--spp", 8, "--seed", 5)
     image, expected = render(path, *flags).image / factor, render("maze", *flags).image
     # What is chosen in a merge turns on rounding: a choice in a few thousand, and what is drawn from it, goes otherwise.
