@@ -8,7 +8,7 @@ Needs NumPy; takes about a minute.
 import pathlib
 import numpy as np
 
-GGX, DIELECTRIC, ETAS = 32, 24, 25
+GGX, DIELECTRIC, ETAS, COATED, COATS = 32, 24, 25, 16, 8
 
 
 def smithLambda(w, alpha):
@@ -65,8 +65,16 @@ class Estimate:
 def ggx(x, y):
     e = Estimate(x, y, 96, 192)
     r, f = e.reflected(), (1 - e.cosine) ** 5
-    coated = r * np.maximum((1 - np.clip(e.reflection()[..., 2], 0, 1)) ** 5 - (1 - e.wo[2]) ** 5, 0)
-    return 1 - r.sum(), (r * f).sum(), (coated * (1 - f)).sum(), (coated * f).sum()
+    return 1 - r.sum(), (r * f).sum()
+
+
+def coated(x, y, coats):
+    """`coats`: for each coat what it reflects with factor (1 - cos)^5, over x."""
+    e = Estimate(x, y, 96, 192)
+    r, f = e.reflected(), (1 - e.cosine) ** 5
+    axis, xi = np.linspace(0, 1, GGX), np.sqrt(np.clip(e.reflection()[..., 2], 0, 1))
+    taken = [r * np.maximum(np.interp(xi, axis, coat) - np.interp(x, axis, coat), 0) for coat in coats]
+    return [((t * (1 - f)).sum(), (t * f).sum()) for t in taken]
 
 
 def dielectric(x, y, z):
@@ -86,13 +94,20 @@ def words(values, bits):
 def main():
     axis = np.linspace(0, 1, GGX)
     entries = np.array([[ggx(x, y) for x in axis] for y in axis])
+    coats = [[np.interp(z, axis, column) for column in entries[..., 1].T] for z in np.linspace(0, 1, COATS)]
+    coarse = np.linspace(0, 1, COATED)
+    taken = np.array([[coated(x, y, coats) for x in coarse] for y in coarse])
     small = np.linspace(0, 1, DIELECTRIC)
     lost = [[[dielectric(x, y, z) for x in small] for y in small] for z in np.linspace(-1, 1, ETAS)]
-    ggxWords = "\n".join(f"{{\n{words(entries[..., i], 16)}\n}}," for i in range(4))
+
+    def pair(values):
+        return "\n".join(f"{{\n{words(values[..., i], 16)}\n}}," for i in range(2))
+
     path = pathlib.Path(__file__).resolve().parent.parent / "engine/render/bsdf_tables_data.inc"
     path.write_text(
         "// Made by tools/bsdf_tables.py.\n"
-        f"constexpr uint16_t kGgx[4][{GGX * GGX}] = {{\n{ggxWords}\n}};\n"
+        f"constexpr uint16_t kGgx[2][{GGX * GGX}] = {{\n{pair(entries)}\n}};\n"
+        f"constexpr uint16_t kCoated[2][{COATS * COATED * COATED}] = {{\n{pair(np.moveaxis(taken, 2, 0))}\n}};\n"
         f"constexpr uint8_t kDielectricLost[] = {{\n{words(lost, 8)}\n}};\n"
     )
 

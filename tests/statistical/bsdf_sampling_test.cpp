@@ -232,6 +232,19 @@ TEST_F(BsdfSampling, clearcoatOnWhiteLosesNothing) {
     }
 }
 
+TEST_F(BsdfSampling, clearcoatOnWhiteMetalLosesNothing) {
+    for (const float roughness : {0.1f, 0.3f, 0.6f, 1.0f}) {
+        SCOPED_TRACE(roughness);
+        const BsdfCase metal{.baseColor = glm::vec3(1), .metallic = 1, .roughness = roughness, .clearcoat = 1};
+        expectWhite(sweep(metal, true), 0.01);
+    }
+    expectWhite(sweep({.baseColor = glm::vec3(1), .metallic = 0.5f, .roughness = 0.4f, .clearcoat = 0.5f}, true), 0.01);
+    for (const float ior : {1.3f, 2.0f}) {
+        SCOPED_TRACE(ior);
+        expectWhite(sweep({.baseColor = glm::vec3(1), .metallic = 1, .clearcoat = 1, .clearcoatIor = ior}, true), 0.01);
+    }
+}
+
 TEST_F(BsdfSampling, nothingGainsEnergy) {
     std::vector<BsdfCase> cases;
     for (const float roughness : {0.0f, 0.05f, 0.3f, 0.6f, 1.0f})

@@ -2,8 +2,8 @@
 //
 // Coupling between layers is reciprocal and never gains energy. E(w) is the share of light that a layer keeps from what is
 // below it. Diffuse below takes (1 - E(wo)) (1 - E(wi)) / mean(1 - E) (Kelemen & Szirmay-Kalos 2001), which is exact for
-// white; directional lobes below the coat take min(1 - E(wo), 1 - E(wi)), as the former would gain energy on a mirror, and
-// what that loses on a rough interface goes to the diffuse base.
+// white; directional lobes below the coat take min(1 - E(wo), 1 - E(wi)), as the former would gain energy on a mirror. What
+// that loses on a rough opaque interface scatters on: to the diffuse base, and on metal with what single scattering loses.
 #ifndef TL_LIB_BSDF_LAYERED_GLSL
 #define TL_LIB_BSDF_LAYERED_GLSL
 
@@ -18,7 +18,7 @@ struct Bsdf {
     vec3 f0, f90;       // Schlick factors of metal and opaque dielectric, with their shares
     vec2 keeps;         // F0 and F90 of the dielectric over the diffuse base
     float keepsMultiple;
-    vec3 multiple;      // multiple scattering by the opaque interface, before (1 - E(wi))
+    vec3 multiple;      // multiple scattering by the opaque interface, before lostOnce(wi)
 #if TL_BSDF_TRANSMISSION
     float dielectric;   // share of the refracting dielectric
     vec3 refracted;     // the same with its tint and, for radiance, the factor of refraction
@@ -35,14 +35,14 @@ struct Bsdf {
     float coatAlpha, coatRoughness;
     vec2 coatF;         // F0 and F90
     float belowCoat;    // 1 - coat E(wo); 1 where wo's side has no coat
-    vec2 coatTakes;     // factors of ggxCoated
+    float coatRise;     // of coat E toward grazing angles; 0 where wo's side has no coat
     bvec2 coated;       // wo's side, the other side
 #endif
 };
 
 // What a white surface with these Schlick factors sends back in all, from what single scattering loses.
-float schlickMean(float f0, float f90) { return f0 + (f90 - f0) / 21.0; }
-float multipleScattering(float fMean, float lossMean) { return fMean * fMean * (1.0 - lossMean) / (1.0 - fMean * lossMean); }
+vec3 schlickMean(vec3 f0, float f90) { return f0 + (f90 - f0) / 21.0; }
+vec3 multipleScattering(vec3 fMean, float lossMean) { return fMean * fMean * (1.0 - lossMean) / (1.0 - fMean * lossMean); }
 
 // Energy of a Schlick lobe, from ggxEnergy.
 float schlickEnergy(vec2 f, vec2 energy) { return f.x * (1.0 - energy.x - energy.y) + f.y * energy.y; }
@@ -76,7 +76,20 @@ float throughProbability(Bsdf b, float cosI) {
 float belowCoat(Bsdf b, float cosTheta) {
     return 1.0 - b.coat * schlickEnergy(b.coatF, ggxEnergy(cosTheta, b.coatRoughness));
 }
+vec2 takenByCoat(Bsdf b, float cosTheta) {
+    return b.coatRise > 0.0 ? b.coatRise * ggxCoated(cosTheta, b.roughness, b.coatRoughness) : vec2(0.0);
+}
+#else
+vec2 takenByCoat(Bsdf b, float cosTheta) { return vec2(0.0); }
 #endif
+
+// What single scattering below the coat would lose with Fresnel factor 1. `below`: belowCoat; `taken`: takenByCoat.
+float lostOnce(vec2 energy, vec2 taken, float below) { return energy.x * below + taken.x + taken.y; }
+
+// What the coat and the dielectric leave for the diffuse base, before division by its mean.
+float leftForBase(Bsdf b, vec2 energy, vec2 taken, float below, float lost) {
+    return below * (1.0 - schlickEnergy(b.keeps, energy)) + dot(b.keeps, taken) - b.keepsMultiple * lost;
+}
 
 #if TL_BSDF_TRANSMISSION
 // Smooth refraction of white light has mean reflectance by Kulla & Conty 2017's fits.
@@ -117,9 +130,9 @@ Bsdf bsdfPrepare(BsdfParams p, vec3 wo, bool frontSide, uint transport) {
 #endif
 
     const vec3 dielectricF0 = p.specularWorkflow ? p.specularColor : saturate(p.specularColor * f0FromIor(ior));
-    const float dielectricF90 = f90FromF0(maxComponent(dielectricF0));
+    const float metalF90 = f90FromF0(maxComponent(base)), dielectricF90 = f90FromF0(maxComponent(dielectricF0));
     b.f0 = metallic * base + (opaque * p.specular) * dielectricF0;
-    b.f90 = vec3(metallic * f90FromF0(maxComponent(base)) + opaque * p.specular * dielectricF90);
+    b.f90 = vec3(metallic * metalF90 + opaque * p.specular * dielectricF90);
     b.keeps = p.specular * vec2(maxComponent(dielectricF0), dielectricF90);
 
     // Weights of the lobes, proportional to their albedo seen from wo.
@@ -128,25 +141,59 @@ Bsdf bsdfPrepare(BsdfParams p, vec3 wo, bool frontSide, uint transport) {
     b.multiple = vec3(0.0);
     b.keepsMultiple = 0.0;
     b.albedo = b.cosineAlbedo = b.deltaAlbedo = vec3(0.0);
-    float below = 1.0, meanBelow = 1.0; // what is left for the diffuse base: seen from wo, and its mean
+    float below = 1.0, meanBelow = 1.0; // what passes the coat from wo, and its mean
+
+#if TL_BSDF_CLEARCOAT
+    b.coat = p.clearcoat;
+    b.coatRoughness = p.clearcoatRoughness > kDeltaRoughness ? p.clearcoatRoughness : 0.0;
+    b.coatAlpha = sqr(b.coatRoughness);
+    b.coatF.x = f0FromIor(max(p.clearcoatIor, 1e-3));
+    b.coatF.y = f90FromF0(b.coatF.x);
+    const bool refracts = p.transmission > 0.0 && metallic < 1.0;
+    // Opaque surfaces are the same from both sides; a coat lies on the outside of one that refracts.
+    b.coated = bvec2(b.coat > 0.0 && (frontSide || !refracts), b.coat > 0.0 && (!frontSide || !refracts));
+    if (b.coated.x) {
+        below = belowCoat(b, cosO);
+        meanBelow = 1.0 - b.coat * schlickEnergy(b.coatF, ggxEnergyMean(b.coatRoughness));
+        coatWeight = 1.0 - below;
+        b.albedo += coatWeight;
+        if (b.coatAlpha == 0.0) b.deltaAlbedo += coatWeight;
+    }
+    b.belowCoat = below;
+    b.coatRise = b.coated.x ? b.coat * (b.coatF.y - b.coatF.x) : 0.0;
+#endif
+
+    float left = below, meanLeft = meanBelow; // for the diffuse base
     if (b.f90.x > 0.0 || b.keeps.y > 0.0) {
         const vec2 energy = ggxEnergy(cosO, b.roughness);
         const vec2 mean = ggxEnergyMean(b.roughness);
-        const float share = metallic + opaque;
-        if (b.alpha > 0.0 && share > 0.0) {
-            const vec3 fMean = (b.f0 + (b.f90 - b.f0) / 21.0) / share;
-            for (int c = 0; c < 3; ++c) b.multiple[c] = share * multipleScattering(fMean[c], mean.x);
-            b.multiple *= energy.x / mean.x;
-            b.keepsMultiple = multipleScattering(schlickMean(b.keeps.x, b.keeps.y), mean.x);
+        const vec2 taken = takenByCoat(b, cosO);
+        vec2 meanTaken = vec2(0.0), covariance = vec2(0.0); // of what passes the coat with lost and reflected energy
+#if TL_BSDF_CLEARCOAT
+        if (b.coatRise > 0.0) {
+            const vec4 coated = b.coatRise * ggxCoatedMean(b.roughness, b.coatRoughness);
+            meanTaken = coated.xy;
+            covariance = -coated.zw;
         }
-        below = saturate(1.0 - schlickEnergy(b.keeps, energy) - b.keepsMultiple * energy.x);
-        meanBelow = 1.0 - schlickEnergy(b.keeps, mean) - b.keepsMultiple * mean.x;
-        const vec3 single = b.f0 * (1.0 - energy.x - energy.y) + b.f90 * energy.y;
+#endif
+        const float lost = lostOnce(energy, taken, below);
+        const float meanLost = lostOnce(mean, meanTaken, meanBelow) + covariance.x;
+        if (b.alpha > 0.0 && meanLost > 0.0) {
+            const float lostShare = meanLost / max(meanBelow, 1e-6);
+            const vec3 dielectric = multipleScattering(p.specular * schlickMean(dielectricF0, dielectricF90), lostShare);
+            b.multiple = (metallic * multipleScattering(schlickMean(base, metalF90), lostShare) + opaque * dielectric) *
+                         (lost / meanLost);
+            b.keepsMultiple = maxComponent(dielectric);
+        }
+        left = leftForBase(b, energy, taken, below, lost);
+        meanLeft = leftForBase(b, mean, meanTaken, meanBelow, meanLost) + b.keeps.x * (covariance.x + covariance.y) -
+                   b.keeps.y * covariance.y;
+        const vec3 single = b.f0 * ((1.0 - energy.x - energy.y) * below - taken.x) + b.f90 * (energy.y * below - taken.y);
         interfaceWeight = luminance(single);
-        b.cosineAlbedo = b.multiple * mean.x;
-        b.albedo = single + b.cosineAlbedo;
-        if (b.alpha == 0.0) b.deltaAlbedo = single;
-        cosineWeight = luminance(b.multiple) * mean.x;
+        b.cosineAlbedo = b.multiple * meanLost;
+        b.albedo += single + b.cosineAlbedo;
+        if (b.alpha == 0.0) b.deltaAlbedo += single;
+        cosineWeight = luminance(b.cosineAlbedo);
     }
 
 #if TL_BSDF_TRANSMISSION
@@ -163,50 +210,22 @@ Bsdf bsdfPrepare(BsdfParams p, vec3 wo, bool frontSide, uint transport) {
     if (b.dielectric > 0.0) {
         b.pStraight = throughByFresnel(b, cosO);
         const float loss = b.straight ? 0.0 : prepareDielectricMultiple(b, cosO);
-        interfaceWeight += b.dielectric * (1.0 - loss) * mix(1.0, b.tint, 1.0 - fresnelDielectric(cosO, b.eta));
-        cosineWeight += b.dielectric * loss;
-        b.cosineAlbedo += b.dielectric * loss * (1.0 - b.throughShare);
-        b.throughShare *= b.dielectric * loss; // the rest of the cosine lobe reflects
-        const vec3 through = b.dielectric * saturate(p.transmissionColor);
+        interfaceWeight += below * b.dielectric * (1.0 - loss) * mix(1.0, b.tint, 1.0 - fresnelDielectric(cosO, b.eta));
+        const float multiple = below * b.dielectric * loss;
+        cosineWeight += multiple;
+        b.cosineAlbedo += multiple * (1.0 - b.throughShare);
+        b.throughShare *= multiple; // the rest of the cosine lobe reflects
+        const vec3 through = below * b.dielectric * saturate(p.transmissionColor);
         b.albedo += through;
         if (b.alpha == 0.0 || b.straight) b.deltaAlbedo += through;
     }
 #endif
 
-#if TL_BSDF_CLEARCOAT
-    b.coat = p.clearcoat;
-    b.coatRoughness = p.clearcoatRoughness > kDeltaRoughness ? p.clearcoatRoughness : 0.0;
-    b.coatAlpha = sqr(b.coatRoughness);
-    b.coatF.x = f0FromIor(max(p.clearcoatIor, 1e-3));
-    b.coatF.y = f90FromF0(b.coatF.x);
-    const bool refracts = p.transmission > 0.0 && metallic < 1.0;
-    // Opaque surfaces are the same from both sides; a coat lies on the outside of one that refracts.
-    b.coated = bvec2(b.coat > 0.0 && (frontSide || !refracts), b.coat > 0.0 && (!frontSide || !refracts));
-    b.belowCoat = b.coated.x ? belowCoat(b, cosO) : 1.0;
-    b.coatTakes = vec2(0.0);
-    if (b.coated.x) {
-        coatWeight = 1.0 - b.belowCoat;
-        const float range = b.coat * (b.coatF.y - b.coatF.x) * ggxEnergyDeviation(b.coatRoughness);
-        b.coatTakes = b.keeps * (range / ggxEnergyDeviation(0.0));
-        // The mean of a product: both factors fall together toward grazing angles, and their covariance is at most the
-        // product of their deviations.
-        meanBelow = meanBelow * (1.0 - b.coat * schlickEnergy(b.coatF, ggxEnergyMean(b.coatRoughness))) +
-                    range * (b.keeps.y - b.keeps.x) * ggxEnergyDeviation(b.roughness) +
-                    dot(b.coatTakes, ggxCoatedMean(b.roughness));
-        below = below * b.belowCoat + dot(b.coatTakes, ggxCoated(cosO, b.roughness));
-        interfaceWeight *= b.belowCoat;
-        b.albedo = b.belowCoat * b.albedo + coatWeight;
-        b.cosineAlbedo *= b.belowCoat;
-        b.deltaAlbedo *= b.belowCoat;
-        if (b.coatAlpha == 0.0) b.deltaAlbedo += coatWeight;
-    }
-#endif
-
-    b.diffuse *= below;
+    b.diffuse *= max(left, 0.0);
     b.albedo += b.diffuse;
     b.cosineAlbedo += b.diffuse;
     cosineWeight += luminance(b.diffuse);
-    b.diffuse /= max(meanBelow, 1e-6);
+    b.diffuse /= max(meanLeft, 1e-6);
     const float sum = cosineWeight + interfaceWeight + coatWeight;
     const float scale = sum > 0.0 ? 1.0 / sum : 0.0;
     b.pCosine = cosineWeight * scale;

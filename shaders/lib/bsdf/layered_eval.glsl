@@ -8,16 +8,15 @@ vec3 evalCosineLobe(Bsdf b, vec3 wi, float belowIn, float belowBoth, inout float
     const float pdfCosine = b.pCosine * pdfSolidAngleCosineHemisphere(cosI);
     vec3 value = vec3(0.0);
     if (wi.z > 0.0) {
-        float below = belowIn;
+        float left = belowIn;
         if (b.keeps.y > 0.0 || b.multiple != vec3(0.0)) {
             const vec2 energy = ggxEnergy(cosI, b.roughness);
-            below *= saturate(1.0 - schlickEnergy(b.keeps, energy) - b.keepsMultiple * energy.x);
-            value = b.multiple * (energy.x * belowBoth);
+            const vec2 taken = takenByCoat(b, cosI);
+            const float lost = lostOnce(energy, taken, belowIn);
+            left = max(leftForBase(b, energy, taken, belowIn, lost), 0.0);
+            value = b.multiple * lost;
         }
-#if TL_BSDF_CLEARCOAT
-        if (b.coatTakes.y > 0.0) below += dot(b.coatTakes, ggxCoated(cosI, b.roughness));
-#endif
-        value += b.diffuse * below;
+        value += b.diffuse * left;
 #if TL_BSDF_TRANSMISSION
         if (b.multipleBack > 0.0) value += b.multipleBack * dielectricLoss(cosI, b.roughness, b.eta) * belowBoth;
         pdf += pdfCosine * (1.0 - b.throughShare);

@@ -16,12 +16,11 @@ uint tableNode(float x, uint size, out float share) {
     return uint(node);
 }
 
-vec2 ggxLookup(uint table, float cosTheta, float roughness) {
+vec2 ggxLookup(uint table, uint size, float cosTheta, float roughness) {
     vec2 f;
-    const uint x = tableNode(sqrt(cosTheta), kGgxSize, f.x);
-    const uint i = table + tableNode(roughness, kGgxSize, f.y) * kGgxSize + x;
-    return mix(mix(ggxEntry(i), ggxEntry(i + 1u), f.x), mix(ggxEntry(i + kGgxSize), ggxEntry(i + kGgxSize + 1u), f.x),
-               f.y);
+    const uint x = tableNode(sqrt(cosTheta), size, f.x);
+    const uint i = table + tableNode(roughness, size, f.y) * size + x;
+    return mix(mix(ggxEntry(i), ggxEntry(i + 1u), f.x), mix(ggxEntry(i + size), ggxEntry(i + size + 1u), f.x), f.y);
 }
 float ggxMean(uint which, float roughness) {
     float f;
@@ -31,15 +30,30 @@ float ggxMean(uint which, float roughness) {
 
 // x: energy lost with Fresnel factor 1; y: energy reflected with factor (1 - cos)^5. So F0 and F90 give, together,
 // F0 (1 - x - y) + F90 y.
-vec2 ggxEnergy(float cosTheta, float roughness) { return ggxLookup(0u, cosTheta, roughness); }
+vec2 ggxEnergy(float cosTheta, float roughness) { return ggxLookup(0u, kGgxSize, cosTheta, roughness); }
 vec2 ggxEnergyMean(float roughness) { return vec2(ggxMean(0u, roughness), ggxMean(1u, roughness)); }
-// Standard deviation of y over cosine-weighted directions.
-float ggxEnergyDeviation(float roughness) { return ggxMean(4u, roughness); }
 
-// What a smooth coat with Fresnel factors from 0 to 1 takes from light reflected below it, beyond what it takes from a
-// mirror; per unit of F0 and F90 below.
-vec2 ggxCoated(float cosTheta, float roughness) { return ggxLookup(kGgxCoatedOffset, cosTheta, roughness); }
-vec2 ggxCoatedMean(float roughness) { return vec2(ggxMean(2u, roughness), ggxMean(3u, roughness)); }
+// What a coat with Fresnel factors from 0 to 1 takes from light reflected below it, beyond what it takes from a mirror; per
+// unit of F0 and F90 below. Of its means, z and w are the covariances of what the coat reflects with ggxEnergy.
+vec2 ggxCoated(float cosTheta, float roughness, float coatRoughness) {
+    float f;
+    const uint slice = kCoatedSize * kCoatedSize;
+    const uint table = kCoatedOffset + tableNode(coatRoughness, kCoatRoughnesses, f) * slice;
+    return mix(ggxLookup(table, kCoatedSize, cosTheta, roughness),
+               ggxLookup(table + slice, kCoatedSize, cosTheta, roughness), f);
+}
+vec4 ggxCoatedMean(float roughness, float coatRoughness) {
+    vec2 f;
+    const uint y = tableNode(roughness, kCoatedSize, f.x);
+    const uint first = kCoatedMeanOffset + 4u * (tableNode(coatRoughness, kCoatRoughnesses, f.y) * kCoatedSize + y);
+    vec4 mean;
+    for (uint k = 0u; k < 4u; ++k) {
+        const uint i = first + k, next = i + 4u * kCoatedSize;
+        mean[k] = mix(mix(bsdfTableFloat(i), bsdfTableFloat(i + 4u), f.x),
+                      mix(bsdfTableFloat(next), bsdfTableFloat(next + 4u), f.x), f.y);
+    }
+    return mean;
+}
 
 float dielectricAxis(float eta) {
     const float ratio = clamp(2.0 * (eta - 1.0) / (eta + 1.0), -1.0, 1.0);
