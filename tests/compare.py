@@ -4,10 +4,9 @@ import argparse
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent / "image"))
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "editor" / "bench"))
 
-import metrics
-from report import difference
+from trilume_bench import metrics
 
 
 def main():
@@ -24,7 +23,7 @@ def main():
     print(f"mse {metrics.mse(image, reference):.4g}  relmse {metrics.relmse(image, reference):.4g}  "
           f"mean ratio {metrics.mean_ratio(image, reference):.5f}")
     if options.picture:
-        metrics.write_png(options.picture, difference(image, reference))
+        metrics.write_png(options.picture, metrics.difference(image, reference))
 
 
 if __name__ == "__main__":

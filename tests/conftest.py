@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).resolve().parent
-for folder in (HERE, HERE / "references", HERE / "image"):
+for folder in (HERE, HERE / "references", HERE / "image", HERE.parent / "editor" / "bench"):
     sys.path.insert(0, str(folder))
 
 import harness  # noqa: E402

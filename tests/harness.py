@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Usd, UsdLux
 
-import metrics
+from trilume_bench import metrics
 
 ROOT = Path(__file__).resolve().parent.parent
 BUILD = Path(os.environ.get("TRILUME_BUILD", ROOT / "build")).resolve()

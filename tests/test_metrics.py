@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from report import difference
 
-import metrics
+from trilume_bench import metrics
 
 
 def noisy(seed, count=1, bias=1.0, shape=(18, 32, 3)):
@@ -70,5 +69,77 @@ def test_slope_of_monte_carlo():
 
 def test_difference_is_red_where_too_bright():
     reference = np.ones((1, 3, 3))
-    picture = difference(reference * np.array([1.2, 1.0, 0.8])[None, :, None], reference)
+    picture = metrics.difference(reference * np.array([1.2, 1.0, 0.8])[None, :, None], reference)
     assert picture[0].tolist() == [[255, 0, 0], [255, 255, 255], [0, 0, 255]]
+
+
+def test_student_quantile_agrees_with_tables():
+    assert metrics.student_quantile(0.95, 4) == pytest.approx(2.776, abs=2e-3)
+
+
+def test_interval_covers_the_mean_as_often_as_it_says():
+    random = np.random.default_rng(1)
+    inside = [abs(mean - 3) <= width for mean, width in (metrics.interval(random.normal(3, 1, 5)) for _ in range(400))]
+    assert 0.92 < np.mean(inside) < 0.98
+    assert metrics.interval([1.0]) == (1.0, np.inf)
+
+
+def test_darkening_of_one_light_in_five():
+    single = noisy(1)[0]
+    single[0, :5] = 0  # the paper leaves black pixels out
+    assert metrics.darkening(0.2 * single, single) == pytest.approx((0.2, 0.2))
+
+
+def test_noise_raises_the_papers_darkening_alone():
+    image, single = np.random.default_rng(1).gamma(4, 0.25, (2, 90, 160, 3))
+    papers, of_means = metrics.darkening(image, single)
+    assert papers > 1.05 and of_means == pytest.approx(1, abs=0.02)
+
+
+def test_class_bias_is_signed_and_leaves_dark_classes_out():
+    reference = {"direct": np.full((2, 2, 3), 2.0), "indirect": np.ones((2, 2, 3)), "caustic": np.zeros((2, 2, 3))}
+    classes = {"direct": reference["direct"], "indirect": 0.97 * reference["indirect"], "caustic": reference["caustic"]}
+    assert metrics.class_bias(classes, reference) == pytest.approx({"direct": 0, "indirect": -0.03})
+
+
+def test_flicker_sees_noise_and_not_drift():
+    frames = np.random.default_rng(1).normal(2, 0.1, (16, 18, 32, 3))
+    assert metrics.flicker(frames) == pytest.approx(0.05, rel=0.05)
+    assert metrics.flicker(np.linspace(1, 1.01, 16)[:, None, None, None] * np.ones((16, 2, 2, 3))) < 1e-3
+
+
+@pytest.mark.parametrize("lag, expected", [(1, 0), (0.5, 4), (0.1, 22)])
+def test_frames_until_a_change_shows(lag, expected):
+    """An exponential history: the distance shrinks by 1 - lag each frame, to a tenth after log(0.1) / log(1 - lag)."""
+    means = [1.0] * 8
+    for _ in range(200):
+        means.append(means[-1] + lag * (3 - means[-1]))
+    assert abs(metrics.frames_until(means, 8) - expected) <= 1
+
+
+def test_frames_until_counts_from_the_last_overshoot():
+    assert metrics.frames_until([1, 1, 3, 3, 2, 3, 3, 3, 3, 3, 3, 3, 3, 3], 2) == 3
+    assert metrics.frames_until([1.0] * 20, 10) is None
+
+
+def test_drift_of_a_leaking_history():
+    assert metrics.drift(np.full(90, 2.0)) == 0
+    assert metrics.drift(2 * 0.9999 ** np.arange(9000)) < -0.4
+    assert metrics.drift(1 + 1e-3 * np.arange(90) / 60) == pytest.approx(1e-3, rel=0.02)
+
+
+def test_nonfinite_values_are_counted():
+    image = np.ones((4, 4, 3))
+    image[0, 0, 0], image[1, 1, 2] = np.nan, np.inf
+    assert metrics.nonfinite(image) == 2
+
+
+def test_display_mse_clips_lamps():
+    lamp = np.full((2, 2, 3), 80.0)
+    assert metrics.display_mse(lamp, 0.5 * lamp) == 0
+
+
+def test_flip_is_zero_for_equal_pictures():
+    pytest.importorskip("flip_evaluator")
+    picture = noisy(1)[0]
+    assert metrics.flip(picture, picture) == pytest.approx(0, abs=1e-6) and metrics.flip(2 * picture, picture) > 0.05

@@ -13,9 +13,9 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT / "tests"))
+sys.path.insert(0, str(ROOT / "editor/bench"))
 
-import metrics
+from trilume_bench import metrics
 
 TECHNIQUES = ("raytrace", "ddgi_restir", "ddgi_restir_bpt", "hybrid")
 REFERENCE_SPP, WARMUP, FRAMES = 128, 16, 9

@@ -1,3 +1,4 @@
+#include "bench_command.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "core/version.h"
@@ -39,7 +40,9 @@ int run(int argc, char** argv) {
     app.require_subcommand(1);
     RenderArguments renderArguments;
     InfoArguments infoArguments;
+    BenchArguments benchArguments;
     CLI::App* render = addRenderCommand(app, renderArguments);
+    CLI::App* bench = addBenchCommand(app, benchArguments);
     addInfoCommand(app, infoArguments);
     try {
         app.parse(argc, argv);
@@ -50,6 +53,8 @@ int run(int argc, char** argv) {
     }
     if (render->parsed())
         runRender(renderArguments);
+    else if (bench->parsed())
+        runBench(benchArguments);
     else
         runInfo(infoArguments);
     return 0;

@@ -3,10 +3,8 @@
 import html
 import shutil
 
-import numpy as np
-
 import harness
-import metrics
+from trilume_bench import metrics
 
 FOLDER = harness.BUILD / "test-report"
 SHOWN_WIDTH = 384
@@ -42,16 +40,7 @@ class Report:
         name = f"{len(self.entries):03d}"
         metrics.write_png(FOLDER / f"{name}.reference.png", metrics.to_display(reference))
         metrics.write_png(FOLDER / f"{name}.result.png", metrics.to_display(image))
-        metrics.write_png(FOLDER / f"{name}.difference.png", difference(image, reference))
+        metrics.write_png(FOLDER / f"{name}.difference.png", metrics.difference(image, reference))
         self.entries.append(ENTRY.format(title=html.escape(title), facts=html.escape("; ".join(facts)), name=name))
         page = PAGE.format(width=SHOWN_WIDTH, count=len(self.entries), entries="\n".join(self.entries))
         (FOLDER / "index.html").write_text(page)
-
-
-def difference(image, reference):
-    """Signed relative difference of luminance: white at 0, red too bright, blue too dark, full colour at 10%."""
-    a, b = metrics.luminance(image), metrics.luminance(reference)
-    share = np.clip((a - b) / (0.1 * np.sqrt(b**2 + metrics.RELMSE_EPSILON)), -1, 1)
-    fade = 1 - np.abs(share)
-    color = np.stack([np.where(share > 0, 1, fade), fade, np.where(share < 0, 1, fade)], axis=-1)
-    return np.round(255 * color).astype(np.uint8)

@@ -20,7 +20,7 @@ import pytest
 from report import Report
 
 import harness
-import metrics
+from trilume_bench import metrics
 
 HERE = Path(__file__).resolve().parent
 BLOCK = harness.SIZE[1] // 6  # pixels

@@ -10,7 +10,7 @@ import pytest
 from pxr import Sdf
 
 import harness
-import metrics
+from trilume_bench import metrics
 from harness import CAMERA, CONTENT, LAMP, SQUARE_POINTS, matte, mesh, write_stage
 
 GOOD = CONTENT / "cornell_empty.usda"

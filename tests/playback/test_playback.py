@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import harness
-import metrics
+from trilume_bench import metrics
 
 FRAMES = 24
 WIDTH, HEIGHT = harness.SIZE

@@ -7,7 +7,7 @@ import pytest
 from pxr import Usd, UsdGeom, Vt
 
 import harness
-import metrics
+from trilume_bench import metrics
 from harness import CAMERA, GLASS, LAMP, matte, mesh, write_stage
 
 TECHNIQUES = {t["name"]: t for t in json.loads((harness.ROOT / "plugins/techniques.json").read_text())}

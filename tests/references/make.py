@@ -25,9 +25,9 @@ import numpy as np
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
-sys.path.insert(0, str(HERE.parent))
+sys.path.insert(0, str(ROOT / "editor" / "bench"))
 
-import metrics  # noqa: E402
+from trilume_bench import metrics  # noqa: E402
 
 SIZE = (96, 54)
 BATCH = 256  # samples per pixel of one batch; a square, as multi-jittered sampling wants

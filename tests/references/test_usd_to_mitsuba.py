@@ -8,7 +8,7 @@ import pytest
 mi = pytest.importorskip("mitsuba")
 
 import make  # noqa: E402
-import metrics  # noqa: E402
+from trilume_bench import metrics  # noqa: E402
 
 make.choose_variant()
 import usd_to_mitsuba  # noqa: E402

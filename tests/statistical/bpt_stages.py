@@ -3,7 +3,7 @@
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade
 
-import metrics
+from trilume_bench import metrics
 
 
 def make_stage(path, camera=(0, 1, 4.5), look_down=8, lens=False):

@@ -8,7 +8,7 @@ import pytest
 
 import bpt_stages
 import harness
-import metrics
+from trilume_bench import metrics
 from harness import CLASSES
 from test_pathtrace import CAMERA_INSIDE, INSIDE_OUT_CUBE, scaled
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import harness
-import metrics
+from trilume_bench import metrics
 
 # Of the hybrid only what is tested here.
 # Without the denoiser, which would take the mean over frames upon itself.

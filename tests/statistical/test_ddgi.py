@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import harness
-import metrics
+from trilume_bench import metrics
 
 DDGI = ("-t", "ddgi")
 # Enough for rooms, and quick.

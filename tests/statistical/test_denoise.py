@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import harness
-import metrics
+from trilume_bench import metrics
 
 SIZE = (64, 36)
 TEMPORAL = ("--denoise", "temporal")

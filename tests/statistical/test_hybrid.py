@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import harness
-import metrics
+from trilume_bench import metrics
 from harness import CLASSES
 
 SCENES = {

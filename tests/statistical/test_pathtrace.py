@@ -5,7 +5,7 @@ import pytest
 from pxr import Gf, Usd, UsdGeom
 
 import harness
-import metrics
+from trilume_bench import metrics
 
 PATHTRACE = ("-t", "pathtrace")
 RAYTRACE = ("-t", "raytrace")

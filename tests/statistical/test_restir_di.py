@@ -5,7 +5,7 @@ import pytest
 from pxr import Usd, UsdGeom, UsdShade
 
 import harness
-import metrics
+from trilume_bench import metrics
 
 RESTIR = ("-t", "restir")
 REUSE = (*RESTIR, "--set", "restir_di.reuse=spatiotemporal")

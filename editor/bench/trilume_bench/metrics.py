@@ -75,6 +75,15 @@ def write_png(path, pixels):
         raise OSError(f"{path}: {buffer.geterror()}")
 
 
+def difference(image, reference):
+    """Signed relative difference of luminance: white at 0, red too bright, blue too dark, full colour at 10%."""
+    a, b = luminance(image), luminance(reference)
+    share = np.clip((a - b) / (0.1 * np.sqrt(b**2 + RELMSE_EPSILON)), -1, 1)
+    fade = 1 - np.abs(share)
+    color = np.stack([np.where(share > 0, 1, fade), fade, np.where(share < 0, 1, fade)], axis=-1)
+    return np.round(255 * color).astype(np.uint8)
+
+
 # ---- measures ----------------------------------------------------------------------------------
 
 def luminance(image):
@@ -84,6 +93,12 @@ def luminance(image):
 
 def mse(image, reference, mask=None):
     return float(_masked((_wide(image) - _wide(reference)) ** 2, mask).mean())
+
+
+def display_mse(image, reference):
+    """mse of what a display shows: radiance clipped to [0, 1]. The paper compares pictures; unclipped, the few pixels on a
+    lamp's edge outweigh all others."""
+    return mse(np.clip(image, 0, 1), np.clip(reference, 0, 1))
 
 
 def relmse(image, reference, mask=None):
@@ -139,6 +154,80 @@ def student_tail(t, degrees):
     tail = np.linspace(np.arctan(t / np.sqrt(degrees)), np.pi / 2, 20001)
     whole = np.linspace(-np.pi / 2, np.pi / 2, 20001)
     return float(np.trapezoid(np.cos(tail) ** (degrees - 1), tail) / np.trapezoid(np.cos(whole) ** (degrees - 1), whole))
+
+
+def student_quantile(chance, degrees):
+    """t with P(|T| < t) = chance."""
+    low, high = 0.0, 1e4
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if 2 * student_tail(middle, degrees) > 1 - chance else (low, middle)
+    return high
+
+
+def interval(values, chance=0.95):
+    """(mean, half width of its confidence interval) of independent values; the width of a single value is infinite."""
+    if len(values) < 2:
+        return float(np.mean(values)), np.inf
+    mean, error = confidence(values)
+    return mean, student_quantile(chance, len(values) - 1) * error
+
+
+def flip(image, reference):
+    """Mean HDR-FLIP (Andersson et al. 2021) at the program's own distance and exposures, or None without flip-evaluator."""
+    try:
+        import flip_evaluator
+    except ImportError:
+        return None
+    pictures = (np.ascontiguousarray(np.maximum(p, 0), dtype=np.float32) for p in (reference, image))
+    return float(flip_evaluator.evaluate(*pictures, "HDR", applyMagma=False)[1])
+
+
+def darkening(image, single):
+    """What stays of the brightness of `single`: (the paper's, that of the means), both 1 where nothing is lost.
+
+    The paper averages the quotients of pixels where `single` is not black; noise in the divisor raises that mean
+    (E[1/x] > 1/E[x]), so the second is the one to judge by.
+    """
+    a, b = luminance(image), luminance(single)
+    lit = b > 0
+    return float((a[lit] / b[lit]).mean()), float(a.mean() / b.mean())
+
+
+def class_bias(classes, references):
+    """Signed error of each path class's mean relative to the mean of that class: {name: share}; only where it has light."""
+    means = {name: (_wide(classes[name]).mean(), _wide(references[name]).mean()) for name in references if name in classes}
+    whole = sum(reference for _, reference in means.values())
+    return {name: float(mean / reference - 1) for name, (mean, reference) in means.items() if reference > 1e-4 * whole}
+
+
+def flicker(frames):
+    """Standard deviation of a pixel from frame to frame, relative to the mean: frames (n, height, width, 3), camera and
+    scene at rest, where reprojection is the identity. Slow drift cancels in the differences."""
+    frames = _wide(frames)
+    return float(np.sqrt((np.diff(frames, axis=0) ** 2).mean() / 2) / frames.mean())
+
+
+def frames_until(means, change, share=0.9, settled=8):
+    """Frames after index `change` until the mean stays within 1 - share of the whole step of its final level, which is
+    that of the last `settled` frames; None without a step."""
+    means = _wide(means)
+    before, after = means[:change].mean(), means[-settled:].mean()
+    if not abs(after - before) > 1e-9 * abs(after):
+        return None
+    off = np.abs(means[change:] - after) > (1 - share) * abs(after - before)
+    return int(np.nonzero(off)[0][-1]) + 1 if off.any() else 0
+
+
+def drift(means):
+    """Relative change of the level between the first and the last third of a series that should be level."""
+    means = _wide(means)
+    third = len(means) // 3
+    return float(means[-third:].mean() / means[:third].mean() - 1)
+
+
+def nonfinite(image):
+    return int(np.count_nonzero(~np.isfinite(image)))
 
 
 def _wide(image):

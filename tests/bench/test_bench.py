@@ -1,0 +1,77 @@
+"""`trilume bench` from end to end on the smallest run there is; what it measures is tested by the measures' own tests."""
+
+import json
+import re
+
+import pytest
+
+import harness
+
+TINY = ("bench", "paper", "--quick", "--stage", "one_box", "-t", "raytrace", "-t", "restir")
+
+
+@pytest.fixture(scope="module")
+def output(command, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bench")
+    result = harness.run(*TINY, "-o", folder)
+    assert result.status == 0, result.stderr
+    return folder
+
+
+def test_report_shows_what_was_measured(output):
+    text = (output / "report.md").read_text()
+    pictures = re.findall(r"!\[.*?\]\((.*?)\)", text)
+    assert {"figure05_time.png", "figure06_darkening.png", "figure11_mse.png", "pictures.png"} <= set(pictures)
+    for picture in pictures:
+        assert (output / picture).stat().st_size > 1000
+    assert "## Targets" in text and "`restir`" in text
+
+
+def test_results_hold_every_sample(output):
+    facts = json.loads((output / "results.json").read_text())
+    assert facts["device"]["name"] and facts["versions"]["trilume"] and facts["flags"]["quick"]
+    frames = [s for s in facts["samples"] if s["kind"] == "frames"]
+    # one_box, five_boxes, and five_boxes uncompensated
+    assert len(frames) == 6 and all(len(s["ms"]) > s["warmup"] and s["nonfinite"] == 0 for s in frames)
+
+
+def test_darkening_is_the_papers_where_the_division_is_left_out(output):
+    kept = json.loads((output / "results.json").read_text())["summary"]["darkening"]["raytrace"]
+    assert kept[1] == pytest.approx(1, abs=0.05) and kept[2] == pytest.approx(0.2, abs=0.03)
+
+
+def test_a_second_run_measures_only_what_is_new(output):
+    before = {p.name: p.stat().st_mtime_ns for p in (output / "samples").iterdir()}
+    (output / "report.md").unlink()
+    result = harness.run(*TINY, "-o", output)
+    assert result.status == 0 and (output / "report.md").exists()
+    assert {p.name: p.stat().st_mtime_ns for p in (output / "samples").iterdir()} == before
+    damaged = sorted((output / "samples").glob("*.npz"))[0]
+    damaged.write_bytes(damaged.read_bytes()[:100])
+    assert harness.run(*TINY, "-o", output).status == 0
+    assert {p.name for p in (output / "samples").iterdir()} == set(before)
+    assert damaged.stat().st_mtime_ns != before[damaged.name] and damaged.stat().st_size > 100
+
+
+@pytest.mark.parametrize("words, place", [
+    (("bench", "paper"), "trilume bench"),
+    (("bench", "nothing", "-o", "out"), "trilume bench"),
+    (("bench", "paper", "-o", "/proc/nowhere"), "/proc/nowhere"),
+    (("bench", "paper", "-o", "out", "--stage", "nowhere"), "--stage nowhere"),
+    (("bench", "paper", "-o", "out", "-t", "nothing"), "--technique nothing"),
+])
+def test_bad_command_line(command, tmp_path, words, place):
+    result = harness.run(*words, cwd=tmp_path)
+    assert result.status == 2 and len(result.errors) == 1
+    assert harness.ERROR_LINE.fullmatch(result.errors[0]) and place in result.errors[0]
+
+
+def test_missing_package_is_named(command, tmp_path):
+    (tmp_path / "matplotlib.py").write_text('raise ModuleNotFoundError("no", name="matplotlib")\n')
+    result = harness.run("bench", "paper", "-o", tmp_path, env={"PYTHONPATH": str(tmp_path)})
+    assert result.status == 2 and "Python package missing: matplotlib: " in result.stderr
+
+
+def test_missing_interpreter_is_named(command, tmp_path):
+    result = harness.run("bench", "paper", "-o", tmp_path, env={"TRILUME_PYTHON": str(tmp_path / "python3")})
+    assert result.status == 2 and harness.ERROR_LINE.search(result.stderr)
