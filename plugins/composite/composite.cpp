@@ -25,11 +25,11 @@ void CompositeNode::declare(graph::Builder& builder) {
     for (size_t i = 0; i < graph::kAovs.size(); ++i) {
         if ((wanted >> i & 1) == 0) continue;
         const graph::Aov& aov = graph::kAovs[i];
-        for (const graph::Plane plane : builder.findPlanes(aov.suffix)) {
-            builder.read(plane);
-            const std::string name = "composite.aov." + std::string(aov.name);
-            aovs_.push_back({plane, builder.historyPlane(name, aov.channels * sizeof(float)), aov.channels});
-        }
+        const std::vector<graph::Plane> values = builder.findPlanes(aov.suffix);
+        if (values.empty()) continue;
+        for (const graph::Plane plane : values) builder.read(plane);
+        const std::string name = "composite.aov." + std::string(aov.name);
+        aovs_.push_back({values, builder.historyPlane(name, aov.channels * sizeof(float)), aov.channels});
     }
     builder.sideEffect();
 }
@@ -49,7 +49,8 @@ void CompositeNode::execute(graph::FrameContext& context) {
     for (const AovSum& aov : aovs_) {
         shared::AccumulatePush accumulate{};
         accumulate.frame = context.frame;
-        accumulate.value = resources.address(aov.value);
+        for (const graph::Plane value : aov.values)
+            accumulate.values[accumulate.valueCount++] = resources.address(value);
         accumulate.previous = resources.address(aov.sum.previous);
         accumulate.sum = resources.address(aov.sum.current);
         accumulate.channels = aov.channels;

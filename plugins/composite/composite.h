@@ -16,7 +16,7 @@ public:
 
 private:
     struct AovSum {
-        graph::Plane value;
+        std::vector<graph::Plane> values; ///< several where path classes overlap
         graph::History<graph::Plane> sum;
         uint32_t channels;
     };

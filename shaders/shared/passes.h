@@ -44,9 +44,10 @@ struct CompositePush {
 
 struct AccumulatePush {
     TL_REF(FrameConstants) frame;
-    TL_REF(float) value;
     TL_REF(float) previous;
     TL_REF(float) sum;
+    TL_REF(float) values[8]; // kCompositeSignals
+    uint valueCount;
     uint channels;
     uint restart;
 };

@@ -77,7 +77,7 @@ const std::map<std::string, StructLayout> kHostLayouts = {
     TL_LAYOUT(DenoiseResolvePush, frame, surfaces, history, estimate, signal),
     TL_LAYOUT(PixelSums, sum, compensation, squares),
     TL_LAYOUT(CompositePush, frame, previous, sums, color, signals, signalCount, restart),
-    TL_LAYOUT(AccumulatePush, frame, value, previous, sum, channels, restart),
+    TL_LAYOUT(AccumulatePush, frame, previous, sum, values, valueCount, channels, restart),
     TL_LAYOUT(PostPush, frame, sums, display, exposure, tonemap, frames),
     TL_LAYOUT(Mesh, nodes, leafTriangles, triangles, positions, normals, uvs, subsets, triangleCount, flags),
     TL_LAYOUT(Instance, localFromWorld, worldFromLocal, previousWorldFromLocal, shape, mesh, firstMaterial, firstLight,

@@ -103,3 +103,10 @@ def test_path_classes_have_one_owner_at_most(render, technique):
     expected = {"raytrace": ["caustic", "indirect"], "restir": ["caustic", "indirect"], "ddgi": ["caustic"],
                 "ddgi_restir": ["caustic"]}
     assert frame["unowned"] == expected.get(technique, [])
+
+
+def test_classes_of_an_overlapping_technique_add_up(render):
+    """Two nodes carry some of them: an AOV is the sum of both, as the picture is."""
+    result = render("cornell_empty", "-t", "ddgi_restir_bpt", aovs=("emission", *harness.CLASSES))
+    assert sum(result.aovs.values()) == pytest.approx(result.image, rel=1e-4, abs=1e-5)
+    assert result.aovs["indirect"].mean() > 0.01

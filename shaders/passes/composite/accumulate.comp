@@ -1,4 +1,4 @@
-// Adds one plane to its running sum; samples that are not finite count as 0.
+// Adds the planes of one AOV to their running sum; samples that are not finite count as 0.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -16,7 +16,8 @@ void main() {
     if (!insideView(pixel)) return;
     const uint first = pixelIndex(pixel) * push.channels;
     for (uint i = first; i < first + push.channels; ++i) {
-        const float value = push.value.v[i];
+        float value = 0.0;
+        for (uint k = 0u; k < push.valueCount; ++k) value += push.values[k].v[i];
         const float sum = push.restart == 0u ? push.previous.v[i] : 0.0;
         push.sum.v[i] = isFinite(value) ? sum + value : sum;
     }
