@@ -18,6 +18,7 @@ Json frameJson(const RunStats::Frame& frame) {
         {"frame", frame.frame},
         {"spp", s.spp},
         {"ms", s.ms},
+        {"warmup_ms", s.warmupMs},
         {"nodes", nodes},
         {"rays", s.rays},
         {"accel", {{"blas_built", s.blasBuilt}, {"blas_refit", s.blasRefit}, {"tlas_built", s.tlasBuilt}}},

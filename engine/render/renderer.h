@@ -33,8 +33,9 @@ struct ProbeStats {
 };
 
 struct FrameStats {
-    double ms = 0;    ///< wall time of rendering, loading and pipeline creation excluded
-    uint32_t spp = 0; ///< frames averaged
+    double ms = 0;       ///< wall time of rendering, loading and pipeline creation excluded
+    double warmupMs = 0; ///< of it, before the frames that are averaged
+    uint32_t spp = 0;    ///< frames averaged
     std::vector<NodeStats> nodes;
     uint64_t rays = 0;
     uint32_t blasBuilt = 0, blasRefit = 0, tlasBuilt = 0;

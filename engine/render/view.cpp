@@ -343,6 +343,7 @@ ImageData View::render(const RenderOptions& options) {
     const auto cancelled = [&] { return options.cancel && options.cancel->load(std::memory_order_relaxed); };
     for (uint32_t i = 0; i < options.warmup && !cancelled(); ++i) v.submitFrame(0);
     v.collectAll();
+    v.stats.warmupMs = watch.ms() - (v.shared.pipelineMs - pipelinesBefore);
     const Stopwatch averaging;
     uint32_t done = 0;
     const auto finished = [&] {
