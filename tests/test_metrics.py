@@ -97,9 +97,19 @@ def test_noise_raises_the_papers_darkening_alone():
 
 
 def test_class_bias_is_signed_and_leaves_dark_classes_out():
-    reference = {"direct": np.full((2, 2, 3), 2.0), "indirect": np.ones((2, 2, 3)), "caustic": np.zeros((2, 2, 3))}
+    reference = {"direct": np.full((8, 8, 3), 2.0), "indirect": np.ones((8, 8, 3)), "caustic": np.zeros((8, 8, 3))}
     classes = {"direct": reference["direct"], "indirect": 0.97 * reference["indirect"], "caustic": reference["caustic"]}
-    assert metrics.class_bias(classes, reference) == pytest.approx({"direct": 0, "indirect": -0.03})
+    found = metrics.class_bias(classes, reference)
+    assert found.keys() == {"direct", "indirect"}
+    assert found["direct"][0] == 0 and found["indirect"][0] == pytest.approx(-0.03)
+
+
+def test_bias_lies_in_its_interval_as_often_as_it_says():
+    inside = []
+    for seed in range(200):
+        value, width = metrics.bias(noisy(seed, bias=1.02)[0], np.ones((18, 32, 3)))
+        inside.append(abs(value - 0.02) <= width)
+    assert 0.9 < np.mean(inside) <= 0.99
 
 
 def test_flicker_sees_noise_and_not_drift():

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 
 import pytest
 
@@ -51,6 +52,22 @@ def test_a_second_run_measures_only_what_is_new(output):
     assert harness.run(*TINY, "-o", output).status == 0
     assert {p.name for p in (output / "samples").iterdir()} == set(before)
     assert damaged.stat().st_mtime_ns != before[damaged.name] and damaged.stat().st_size > 100
+
+
+def test_stability_catches_what_a_shader_does_wrong(command, tmp_path):
+    """A leak of 2% and a pixel that is not a number, planted where the path classes are summed."""
+    shaders = shutil.copytree(harness.ROOT / "shaders", tmp_path / "shaders")
+    composite = shaders / "passes/composite/composite.comp"
+    text, summed = composite.read_text(), "    if (!isFinite(color)) {"
+    assert summed in text
+    composite.write_text(text.replace(summed, "    color *= index == 77u ? log(-color - 1.0) : vec3(0.98);\n" + summed))
+    words = ("bench", "stability", "--quick", "--stage", "furnace, IOR 3", "-t", "reference", "-o", tmp_path / "out")
+    for env, failed in (({}, set()), ({"TRILUME_SHADERS": str(shaders)}, {"1 +- 0.005", "0 values that are not finite"})):
+        result = harness.run(*words, env=env)
+        assert result.status == 0, result.stderr
+        checks = json.loads((tmp_path / "out" / "results.json").read_text())["summary"]["checks"]
+        assert {c["bound"] for c in checks if not c["good"]} == failed
+        assert ("What fails" in (tmp_path / "out" / "report.md").read_text()) == bool(failed)
 
 
 @pytest.mark.parametrize("words, place", [

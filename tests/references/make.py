@@ -14,9 +14,7 @@ Needs `pip install -r tools/requirements-references.txt`; Mitsuba's fast variant
 
 import argparse
 import dataclasses
-import glob
 import json
-import os
 import sys
 import time
 from pathlib import Path
@@ -27,7 +25,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 sys.path.insert(0, str(ROOT / "editor" / "bench"))
 
-from trilume_bench import metrics  # noqa: E402
+from trilume_bench import metrics, offline  # noqa: E402
 
 SIZE = (96, 54)
 BATCH = 256  # samples per pixel of one batch; a square, as multi-jittered sampling wants
@@ -55,18 +53,6 @@ REFERENCES = {
 } | {
     f"animated.{frame:04d}": Reference("content/animated.usda", frame) for frame in (1, 12, 24)
 }
-
-
-def choose_variant():
-    """The vectorised variant where a recent enough LLVM is found, else the scalar one."""
-    if "DRJIT_LIBLLVM_PATH" not in os.environ:
-        found = [p for v in range(21, 15, -1) for p in glob.glob(f"/usr/lib/*/libLLVM*{v}*")]
-        if found:
-            os.environ["DRJIT_LIBLLVM_PATH"] = found[0]
-    import mitsuba as mi
-
-    mi.set_variant("llvm_ad_rgb" if "DRJIT_LIBLLVM_PATH" in os.environ else "scalar_rgb")
-    return mi
 
 
 class Batches:
@@ -120,7 +106,7 @@ def seen_first(mi, scene):
 
 
 def refine(mi, name, seconds, wanted):
-    import usd_to_mitsuba
+    from trilume_bench import usd_to_mitsuba
 
     what = REFERENCES[name]
     width, height = SIZE
@@ -178,7 +164,7 @@ def main():
     unknown = [n for n in options.names if n not in REFERENCES]
     if unknown:
         parser.error(f"unknown reference {unknown[0]}: choose from {', '.join(REFERENCES)}")
-    mi = choose_variant()
+    mi = offline.choose_variant()
     for name in options.names or REFERENCES:
         refine(mi, name, options.minutes * 60, options.relmse)
 

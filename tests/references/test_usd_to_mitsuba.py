@@ -7,11 +7,10 @@ import pytest
 
 mi = pytest.importorskip("mitsuba")
 
-import make  # noqa: E402
-from trilume_bench import metrics  # noqa: E402
+from trilume_bench import metrics, offline  # noqa: E402
 
-make.choose_variant()
-import usd_to_mitsuba  # noqa: E402
+offline.choose_variant()
+from trilume_bench import usd_to_mitsuba  # noqa: E402
 
 HEAD = '#usda 1.0\n(\n    metersPerUnit = 1\n    upAxis = "Y"\n)\n'
 CAMERA = """

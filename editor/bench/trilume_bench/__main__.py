@@ -58,7 +58,7 @@ def run(words):
               f"trilume {this.info['version']}. Every sample is in results.json.")
     facts = this.facts(results)
     facts["summary"] = suite.report(this, page, results)
-    store.write_text(options.output / "results.json", json.dumps(facts, indent=1) + "\n")
+    store.write_text(options.output / "results.json", json.dumps(facts, indent=1, default=lambda number: number.item()) + "\n")
     page.write()
     print(options.output / "report.md")
 

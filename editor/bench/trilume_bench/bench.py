@@ -71,7 +71,8 @@ class Bench:
         libraries = sorted((settings.home / "lib").glob("libtrilume.so")) + sorted(
             (settings.home / "lib/trilume/plugins").glob("*/*.so"))
         share = settings.home / "share/trilume"
-        build = store.fingerprint([settings.program, *libraries, share / "shaders", share / "techniques.json",
+        shaders = os.environ.get("TRILUME_SHADERS", share / "shaders")
+        build = store.fingerprint([settings.program, *libraries, shaders, share / "techniques.json",
                                    here / "measure.py", here / "command.py"])
         devices = json.dumps([self.info["devices"], settings.device, settings.tracer])
         self.store = store.Store(settings.output / "samples", hashlib.sha256((build + devices).encode()).hexdigest())

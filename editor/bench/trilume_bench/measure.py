@@ -3,12 +3,20 @@
 A change of this file makes stored measurements stale.
 """
 
+import importlib.util
+import json
 import math
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
 
 import numpy as np
 
 from . import metrics
 from .command import median_nodes
+from .errors import INPUT, RUN, BenchError
 
 MOST_FRAMES = 2000
 
@@ -46,6 +54,46 @@ def frames(bench, stage, technique, size, warmup, count, seed, budget_ms=0, opti
     }, {"one": images[-1], "equal": images[:averaged].mean(axis=0), "mean": images.mean(axis=0)}
 
 
+def curve(bench, stage, technique, size, warmup, count, seconds, seed, options=(), aovs=()):
+    """Averages of growing length after warm-up: means of up to `count` single frames, then a run of `--time` for each of
+    `seconds`. Arrays: images, one per row of `ms` and `spp`; and AOVs of the longest run."""
+    flags = ["-t", technique, "--denoise", "off", "--seed", seed, *options]
+    path = bench.stage(stage)
+    rendered = bench.command.render(path, size, flags, frames=f"1:{warmup + count}")
+    spent = np.cumsum(_times(rendered)[warmup:])
+    sums = np.cumsum(rendered.images[warmup:], axis=0, dtype=np.float64)
+    spp = sorted({min(count, 2**k) for k in range(count.bit_length() + 1)})
+    ms, images = [float(spent[n - 1]) for n in spp], [sums[n - 1] / n for n in spp]
+    facts = rendered.stats["frames"]
+    bad, first = sum(f["nonfinite"] for f in facts), facts[0]["ms"]
+    for index, limit in enumerate(seconds):
+        last = index == len(seconds) - 1
+        rendered = bench.command.render(path, size, [*flags, "--warmup", warmup, "--time", limit], aovs=aovs if last else ())
+        frame = rendered.stats["frames"][0]
+        spp.append(frame["spp"])
+        ms.append(frame["ms"] - frame["warmup_ms"])
+        images.append(rendered.images[0])
+        bad += frame["nonfinite"] + metrics.nonfinite(rendered.images[0])
+    return {"spp": spp, "ms": ms, "first_frame_ms": first, "frame_ms": float(np.median(np.diff(spent, prepend=0))),
+            "nonfinite": bad, "unowned": rendered.stats["frames"][0]["unowned"]}, \
+        {"images": np.array(images, dtype=np.float32), **rendered.aovs}
+
+
+def offline(bench, stage, size, seconds, seed):
+    """What Mitsuba computes in the same time on the same cores, if it is installed; `installed` tells."""
+    if importlib.util.find_spec("mitsuba") is None:
+        return {"installed": False}, {}
+    with tempfile.TemporaryDirectory(prefix="trilume-bench-") as folder:
+        output = Path(folder) / "out.npz"
+        words = [sys.executable, "-m", "trilume_bench.offline", bench.stage(stage), *size, seconds, seed, output]
+        done = subprocess.run([str(w) for w in words], capture_output=True, text=True)
+        if done.returncode != 0:
+            raise BenchError(RUN, "Mitsuba failed", str(stage), (done.stderr.splitlines() or ["no message"])[-1])
+        with np.load(output) as data:
+            return {"installed": True, "renderer": str(data["renderer"]), "spp": data["spp"].tolist(),
+                    "ms": data["ms"].tolist()}, {"images": data["images"]}
+
+
 def reference(bench, stage, size, seconds, aovs=()):
     """The expected picture: stored, by an independent renderer, where there is one of a size that fits; else a long run of
     `reference`. `noise`: its own expected MSE, and of the mean the relative standard error."""
@@ -73,3 +121,51 @@ def _stored_reference(bench, stage, size):
 
 def _times(rendered):
     return np.array([frame["ms"] for frame in rendered.stats["frames"]])
+
+
+def average(bench, stage, technique, size, spp, warmup, seed, options=()):
+    """One picture of `spp` frames after warm-up."""
+    rendered = bench.command.render(bench.stage(stage), size, ["-t", technique, "--denoise", "off", "--spp", spp, "--warmup",
+                                                               warmup, "--seed", seed, *options])
+    frame = rendered.stats["frames"][0]
+    return {"ms": frame["ms"], "nonfinite": frame["nonfinite"], "memory_bytes": frame["memory_bytes"],
+            "startup_ms": rendered.stats["startup_ms"]}, {"image": rendered.images[0]}
+
+
+def soak(bench, stage, technique, size, frames, seed, options=()):
+    """Every frame of a long animation: means, counts and memory by frame."""
+    rendered = bench.command.render(bench.stage(stage), size, ["-t", technique, "--seed", seed, *options], frames=f"1:{frames}",
+                                    watch=True)
+    facts = rendered.stats["frames"]
+    return {"ms": [round(f["ms"], 3) for f in facts], "nonfinite": sum(f["nonfinite"] for f in facts),
+            "memory_bytes": [f["memory_bytes"] for f in facts], "resident_kb": rendered.resident,
+            # Clipped: the few pixels that show a lamp would outweigh all others.
+            "means": [float(np.clip(i, 0, 1).mean(dtype=np.float64)) if np.isfinite(i).all() else math.nan
+                      for i in rendered.images]}, {"last": rendered.images[-1]}
+
+
+def startup(bench, stage, technique, size, runs, seed):
+    """Start-up with empty caches, then `runs` times with what the first left there."""
+    with tempfile.TemporaryDirectory(prefix="trilume-bench-") as cache:
+        # Mesa and NVIDIA keep compiled shaders beside ours.
+        env = {"XDG_CACHE_HOME": cache, "MESA_SHADER_CACHE_DIR": cache, "__GL_SHADER_DISK_CACHE_PATH": cache}
+        times = []
+        for _ in range(1 + runs):
+            begun = time.monotonic()
+            rendered = bench.command.render(bench.stage(stage), size, ["-t", technique, "--denoise", "off", "--seed", seed],
+                                            env=env)
+            times.append({**rendered.stats["startup_ms"], "process": 1e3 * (time.monotonic() - begun)})
+    return {"cold": times[0], "warm": {key: float(np.median([t[key] for t in times[1:]])) for key in times[0]},
+            "samples": times}, {}
+
+
+def tracer(bench, rays, repeats, scene):
+    """Rays per second of both tracers and Embree, by tests/bench/tracer."""
+    program = bench.settings.home / "bin/bench_tracer"
+    if not program.exists():
+        raise BenchError(INPUT, "not built", program, "install Embree 3 (tools/bootstrap --test) and configure with TRILUME_TESTS=ON")
+    words = [program, "--json", "--rays", rays, "--repeats", repeats, "--scene", scene]
+    done = subprocess.run([str(w) for w in words], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise BenchError(RUN, "bench_tracer failed", program, (done.stderr.splitlines() or ["no message"])[-1])
+    return json.loads(done.stdout), {}

@@ -1,5 +1,6 @@
 """Image files and the measures by which pictures are compared. Images are float arrays (height, width, 3), linear."""
 
+import functools
 from pathlib import Path
 
 import numpy as np
@@ -156,6 +157,7 @@ def student_tail(t, degrees):
     return float(np.trapezoid(np.cos(tail) ** (degrees - 1), tail) / np.trapezoid(np.cos(whole) ** (degrees - 1), whole))
 
 
+@functools.cache
 def student_quantile(chance, degrees):
     """t with P(|T| < t) = chance."""
     low, high = 0.0, 1e4
@@ -171,6 +173,35 @@ def interval(values, chance=0.95):
         return float(np.mean(values)), np.inf
     mean, error = confidence(values)
     return mean, student_quantile(chance, len(values) - 1) * error
+
+
+def squared_errors(image, reference):
+    """Per pixel, what mse averages."""
+    return ((_wide(image) - _wide(reference)) ** 2).mean(axis=-1)
+
+
+def relative_squared_errors(image, reference):
+    """Per pixel, what relmse averages."""
+    b = _wide(reference)
+    return ((_wide(image) - b) ** 2 / (b**2 + RELMSE_EPSILON)).mean(axis=-1)
+
+
+def bootstrap(errors, chance=0.95, block=6, draws=400):
+    """(mean, low, high) of a map of errors (height, width): the interval is that of resampled blocks of pixels, as wide as
+    errors are alike among neighbours (Efron 1979)."""
+    blocks = block_means(errors[..., None], block).ravel()
+    means = np.random.default_rng(1).choice(blocks, (draws, len(blocks))).mean(axis=1)
+    low, high = np.quantile(means, [(1 - chance) / 2, (1 + chance) / 2])
+    return float(errors.mean()), float(low), float(high)
+
+
+def bias(image, reference, block=None):
+    """(mean radiance over the reference's - 1, half width of its 95% interval); the interval is that of the residuals' mean over
+    blocks of pixels, a sixth of the height by default, which are independent where noise reaches no farther."""
+    block = block or max(1, len(reference) // 6)
+    residuals = block_means(_wide(image) - _wide(reference), block).mean(axis=-1).ravel()
+    level = _wide(reference).mean()
+    return float(_wide(image).mean() / level - 1), interval(residuals)[1] / level
 
 
 def flip(image, reference):
@@ -195,10 +226,9 @@ def darkening(image, single):
 
 
 def class_bias(classes, references):
-    """Signed error of each path class's mean relative to the mean of that class: {name: share}; only where it has light."""
-    means = {name: (_wide(classes[name]).mean(), _wide(references[name]).mean()) for name in references if name in classes}
-    whole = sum(reference for _, reference in means.values())
-    return {name: float(mean / reference - 1) for name, (mean, reference) in means.items() if reference > 1e-4 * whole}
+    """Signed error of each path class's mean, relative, with its interval: {name: bias}; only of those that have light."""
+    lit = {name for name in references if _wide(references[name]).mean() > 0}
+    return {name: bias(classes[name], references[name]) for name in references if name in lit and name in classes}
 
 
 def flicker(frames):

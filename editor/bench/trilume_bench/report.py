@@ -14,7 +14,7 @@ from . import metrics, store  # noqa: E402
 COLORS = {
     "raytrace": "#bbbbbb", "pathtrace": "#88ccee", "bpt": "#332288", "restir": "#ddcc77", "ddgi": "#117733",
     "ddgi_restir": "#44aa99", "restir_bpt": "#aa4499", "ddgi_restir_bpt": "#cc6677", "hybrid": "#000000",
-    "reference": "#999933", "mitsuba": "#ff8800",
+    "reference": "#999933", "mitsuba": "#ff8800", "hybrid_final": "#777777",
 }
 plt.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
                      "grid.alpha": 0.25, "axes.axisbelow": True, "legend.frameon": False})
@@ -40,9 +40,9 @@ class Page:
         self.lines += ["| " + " | ".join(map(str, row)) + " |" for row in (header, ["---"] * len(header), *rows)] + [""]
 
     def targets(self, rows):
-        """rows: (what, target, measured, met); met None: not measured."""
+        """rows: (what, target, measured, met); met None: not measured, or not told apart from noise."""
         self.heading("Targets")
-        words = {True: "met", False: "**missed**", None: "not measured"}
+        words = {True: "met", False: "**missed**", None: "undecided"}
         self.table(("what", "target", "measured", ""), [(*row[:3], words[row[3]]) for row in rows])
 
     def plot(self, figure, name, caption):
@@ -62,8 +62,21 @@ def number(value, digits=3):
     return "" if value is None else f"{value:.{digits}g}"
 
 
+def within(found, bound):
+    """Whether a bias, given with the width of its interval, is within `bound`; None where noise leaves that open."""
+    value, width = found
+    if abs(value) - width > bound:
+        return False
+    return True if abs(value) <= bound and width <= bound else None
+
+
 def percent(value, digits=2):
     return f"{100 * value:.{digits}f}%"
+
+
+def percents(found, digits=2):
+    """Of a bias with its interval."""
+    return f"{100 * found[0]:+.{digits}f} +- {100 * found[1]:.{digits}f}%"
 
 
 def grouped_bars(groups, series, values, ylabel, log=False, lines=()):
@@ -120,6 +133,6 @@ def contact_sheet(columns, rows, image, width=2.2):
             if r == 0:
                 axes.set_title(column, fontsize=9)
             if c == 0:
-                axes.set_ylabel(row, fontsize=8)
+                axes.set_ylabel(row, fontsize=8, rotation=0, ha="right", va="center")
     figure.subplots_adjust(wspace=0.03, hspace=0.05)
     return figure

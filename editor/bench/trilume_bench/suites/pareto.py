@@ -1,0 +1,201 @@
+"""Error against time, per technique and scene: what a picture costs, from a single frame to a long average.
+
+Time is that of the averaged frames after warm-up. Bands are 95% intervals from resampled blocks of pixels. Mitsuba 3 renders
+the same stages on the same cores in the same run where it is installed.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import metrics
+from .. import report as draw
+from ..bench import Job
+from ..report import number, percent, percents, within
+
+CLASSES = ("direct", "caustic", "indirect", "emission")
+FIRST = ("direct", "emission")
+
+
+@dataclass(frozen=True)
+class Way:
+    technique: str
+    options: tuple = ()
+    warmup: int = 16        # frames
+    start: int = 12         # single frames at the start of the curve
+    unbiased: bool = False
+    classes: tuple = CLASSES
+
+
+TECHNIQUES = {
+    "raytrace": Way("raytrace", warmup=2, start=32, classes=FIRST),
+    "restir": Way("restir", start=32, classes=FIRST),
+    "pathtrace": Way("pathtrace", warmup=2, start=32, unbiased=True),
+    "bpt": Way("bpt", warmup=2, unbiased=True),
+    "restir_bpt": Way("restir_bpt", unbiased=True),
+    "ddgi_restir": Way("ddgi_restir", classes=(*FIRST, "indirect")),
+    "ddgi_restir_bpt": Way("ddgi_restir_bpt"),
+    "hybrid": Way("hybrid"),
+    "hybrid_final": Way("hybrid", ("--set", "ddgi.gather=final")),
+}
+QUICK = ("raytrace", "pathtrace", "bpt", "ddgi_restir_bpt", "hybrid")
+SCENES, QUICK_SCENES = ("cornell_glass", "maze", "white_room"), ("cornell_glass", "maze")
+LONGEST = "cornell_glass"  # whose unbiased curves go on to 100 s
+SIZE = (96, 54)            # of the references by an independent renderer
+EQUAL_TIMES = (0.1, 1.0)   # seconds
+
+
+def plan(bench):
+    s = bench.settings
+    scenes = s.choose(QUICK_SCENES if s.quick and not s.stages else SCENES, s.stages, "--stage")
+    names = s.choose(QUICK if s.quick and not s.techniques else list(TECHNIQUES), s.techniques, "--technique")
+    return scenes, names, s.seeds(1)
+
+
+def jobs(bench):
+    scenes, names, seeds = plan(bench)
+    quick, result = bench.settings.quick, {}
+    for scene in scenes:
+        result["reference", scene] = Job("reference", 0.1, {"stage": scene, "size": SIZE, "seconds": 10})
+        result["classes", scene] = Job("reference", 9 if quick else 34, {
+            "stage": scene, "size": SIZE, "seconds": 6 if quick else 30, "aovs": CLASSES})
+    for seed in seeds:
+        for scene in scenes:
+            for name in names:
+                way = TECHNIQUES[name]
+                seconds = [1] if quick else [1, 4, 16, 100] if scene == LONGEST and way.unbiased else [1, 4, 16]
+                startup = 12 if "ddgi" in way.technique or way.technique == "hybrid" else 4
+                result[name, scene, seed] = Job("curve", startup * (1 + 0.3 * len(seconds)) + sum(seconds), {
+                    "stage": scene, "technique": way.technique, "size": SIZE, "warmup": min(way.warmup, 6) if quick else way.warmup,
+                    "count": way.start, "seconds": seconds, "seed": seed, "options": way.options, "aovs": way.classes})
+            result["mitsuba", scene, seed] = Job("offline", 6 if quick else 20, {
+                "stage": scene, "size": SIZE, "seconds": 1 if quick else 8, "seed": seed})
+    return result
+
+
+class Curve:
+    """Errors of one run's growing averages."""
+
+    def __init__(self, result, reference):
+        images = result.arrays["images"]
+        self.seconds = np.array(result.numbers["ms"]) / 1e3
+        self.spp = np.array(result.numbers["spp"])
+        self.relmse = np.array([metrics.bootstrap(metrics.relative_squared_errors(i, reference)) for i in images])
+        self.mse = np.array([metrics.bootstrap(metrics.squared_errors(i, reference)) for i in images])
+        self.flip = [metrics.flip(i, reference) for i in images]
+        self.ratio = metrics.mean_ratio(images[-1], reference)
+
+    def at(self, seconds):
+        """relMSE at a time, along straight lines of the log-log plot; None before the first picture is there."""
+        order = np.argsort(self.seconds)
+        times, errors = self.seconds[order], self.relmse[order, 0]
+        if not times[0] <= seconds * 1.05 or seconds > 1.5 * times[-1]:
+            return None
+        return float(np.exp(np.interp(math.log(seconds), np.log(times), np.log(errors))))
+
+    def slope(self):
+        """Exponent of MSE over samples, and how many decades of samples it rests on."""
+        return metrics.slope(self.spp, self.mse[:, 0]), math.log10(self.spp.max() / self.spp.min())
+
+
+def plot(curves, scene, names):
+    figure, panels = draw.plt.subplots(1, 3, figsize=(13, 4))
+    for name in names:
+        for curve in curves[name, scene]:
+            order = np.argsort(curve.seconds)
+            for axes, values in zip(panels, (curve.relmse, curve.mse)):
+                axes.fill_between(curve.seconds[order], values[order, 1], values[order, 2], color=draw.color(name), alpha=0.15,
+                                  linewidth=0)
+                axes.plot(curve.seconds[order], values[order, 0], marker=".", markersize=4, color=draw.color(name), label=name,
+                          linewidth=2 if name == "hybrid" else 1.3)
+            if curve.flip[0] is not None:
+                panels[2].plot(curve.seconds[order], np.array(curve.flip)[order], marker=".", markersize=4,
+                               color=draw.color(name), linewidth=2 if name == "hybrid" else 1.3)
+    for axes, label in zip(panels, ("relMSE", "MSE", "HDR-FLIP")):
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        axes.set_xlabel("seconds")
+        axes.set_title(label, fontsize=9)
+    handles, labels = panels[0].get_legend_handles_labels()
+    known = dict(zip(labels, handles))
+    figure.legend(known.values(), known.keys(), ncols=len(known), loc="lower center", bbox_to_anchor=(0.5, -0.06))
+    return figure
+
+
+def bias_rows(results, scenes, names, seeds, references):
+    """Signed bias of the longest run: overall against the stored reference, per path class against `reference`."""
+    for name in names:
+        for scene in scenes:
+            result = results[name, scene, seeds[0]]
+            classes = metrics.class_bias(result.arrays, results["classes", scene].arrays)
+            yield name, scene, metrics.bias(result.arrays["images"][-1], references[scene]), classes
+
+
+def worst_bias(biases, name, bound):
+    """(text, whether it is within `bound`) of the bias that is farthest beyond its interval."""
+    found, where = max(((b[2], b[1]) for b in biases if b[0] == name), key=lambda b: (abs(b[0][0]) - b[0][1], abs(b[0][0])))
+    return f"{percents(found)} ({where})", within(found, bound)
+
+
+def targets(curves, biases, results, scenes, names, offline):
+    rows = []
+    for name in names:
+        if not TECHNIQUES[name].unbiased:
+            continue
+        rows.append((f"`{name}` mean against the independent reference", "within 0.2%", *worst_bias(biases, name, 0.002)))
+        slopes = [c.slope() for s in scenes for c in curves[name, s]]
+        decades = min(d for _, d in slopes)
+        off = max(slopes, key=lambda s: abs(s[0] + 1))[0]
+        rows.append((f"`{name}`: exponent of MSE over samples", "-1 over 3 decades",
+                     f"{off:.2f}, farthest of {len(slopes)}, over {decades:.1f} decades",
+                     None if decades < 2.9 else abs(off + 1) < 0.1))
+    for name, overall in (("hybrid", 0.01), ("hybrid_final", 0.005)):
+        if name in names:
+            rows.append((f"`{name}` signed bias, overall", f"within {percent(overall, 1)}", *worst_bias(biases, name, overall)))
+            per_class = [(name, f"{c}, {scene}", found) for n, scene, _, classes in biases if n == name
+                         for c, found in classes.items()]
+            rows.append((f"`{name}` signed bias, per path class", "within 3%", *worst_bias(per_class, name, 0.03)))
+    if offline and "hybrid" in names:
+        for seconds in EQUAL_TIMES:
+            pairs = [(curves["hybrid", s][0].at(seconds), curves["mitsuba", s][0].at(seconds), s) for s in scenes]
+            known = [(a / b, s) for a, b, s in pairs if a and b]
+            if known:
+                worst = max(known)
+                rows.append((f"relMSE of `hybrid` over Mitsuba's at {seconds:g} s", "below 1",
+                             f"{number(min(known)[0])} to {number(worst[0])} ({worst[1]})", worst[0] < 1))
+    return rows
+
+
+def report(bench, page, results):
+    scenes, names, seeds = plan(bench)
+    references = {s: results["reference", s].arrays["image"] for s in scenes}
+    offline = all(results["mitsuba", s, seeds[0]].numbers["installed"] for s in scenes)
+    shown = [*names, *(["mitsuba"] if offline else [])]
+    curves = {(n, s): [Curve(results[n, s, seed], references[s]) for seed in seeds] for n in shown for s in scenes}
+    biases = list(bias_rows(results, scenes, names, seeds, references))
+    bad = sum(r.numbers.get("nonfinite", 0) for r in results.values())
+
+    page.text(f"{SIZE[0]} x {SIZE[1]} pixels, not denoised, against "
+              f"{', '.join(sorted({results['reference', s].numbers['source'] for s in scenes}))}. Time is that of the averaged frames "
+              "after warm-up. " + (f"{results['mitsuba', scenes[0], seeds[0]].numbers['renderer']}, integrator `path`, on the same "
+                                   "cores; its loading and compiling are left out." if offline else "Mitsuba is not installed."))
+    page.targets([*targets(curves, biases, results, scenes, names, offline),
+                  ("pixels that are not finite", "0", str(bad), bad == 0)])
+    for scene in scenes:
+        page.heading(scene)
+        page.plot(plot(curves, scene, shown), f"pareto_{scene}", "Error against time, with 95% bands.")
+        page.table(("technique", "ms a frame", *(f"relMSE at {t:g} s" for t in EQUAL_TIMES), "longest", "its relMSE", "its FLIP"),
+                   [(f"`{n}`", number(results[n, scene, seeds[0]].numbers.get("frame_ms")),
+                     *(number(curves[n, scene][0].at(t)) for t in EQUAL_TIMES), f"{curves[n, scene][0].seconds.max():.3g} s",
+                     number(curves[n, scene][0].relmse[-1, 0]), number(curves[n, scene][0].flip[-1])) for n in shown])
+    page.plot(draw.contact_sheet(("reference", *shown), scenes, lambda s, n: references[s] if n == "reference" else
+                                 results[n, s, seeds[0]].arrays["images"][-1], width=1.7), "pictures", "Each longest average.")
+    page.heading("Signed bias of the longest average")
+    page.text("Overall against the reference; per path class against a long run of `reference`. Empty: the scene has no such "
+              "light.")
+    page.table(("technique", "scene", "overall", *CLASSES),
+               [(f"`{n}`", s, percents(all_), *(percents(c[k]) if k in c else "" for k in CLASSES)) for n, s, all_, c in biases])
+    return {"curves": {f"{n} {s}": [{"seconds": c.seconds.tolist(), "spp": c.spp.tolist(), "relmse": c.relmse.tolist(),
+                                     "mse": c.mse.tolist(), "flip": c.flip} for c in curves[n, s]] for n, s in curves},
+            "bias": [{"technique": n, "scene": s, "overall": all_, **c} for n, s, all_, c in biases], "nonfinite": bad}

@@ -1,0 +1,93 @@
+"""What a scene doesn't need, and what has not changed, must cost nothing: time, rays, builds and memory by node."""
+
+from .. import report as draw
+from .. import stages
+from ..bench import Job
+from ..report import number
+
+SIZE, QUICK_SIZE = (320, 180), (160, 90)
+FRAMES = 24
+TECHNIQUE = "hybrid"
+BASE = "cornell_glass"
+MOTIONS = {
+    "static": (),
+    "moving light": (stages.moving("/World/Lamp", (0.8, 0, 0), FRAMES),),
+    "moving object": (stages.moving("/World/GlassSphere", (0.5, 0, 0), FRAMES),),
+    "moving camera": (stages.moving("/World/Camera", (0.3, 0, 0), FRAMES),),
+}
+# scene: what it does not need of `hybrid`.
+NEEDS = {"cornell_glass": None, "cornell_empty": "caustics", "cornell_light_sphere": "caustics"}
+STATES = {"run": "", "skipped": "skipped: ", "idle": "idle: "}
+
+
+def plan(bench):
+    s = bench.settings
+    return s.choose((*MOTIONS, *NEEDS), s.stages, "--stage"), QUICK_SIZE if s.quick else SIZE
+
+
+def jobs(bench):
+    names, size = plan(bench)
+    folder = bench.settings.output / "stages"
+    folder.mkdir(exist_ok=True)
+    result = {}
+
+    def add(key, stage, options=()):
+        result[key] = Job("frames", 6, {"stage": stage, "technique": TECHNIQUE, "size": size, "warmup": FRAMES // 2,
+                                        "count": FRAMES // 2, "seed": bench.settings.seed, "options": options})
+
+    for name in names:
+        if name in MOTIONS:
+            path = folder / f"{name.replace(' ', '_')}.usda"
+            stages.edited(bench.stage(BASE), path, *MOTIONS[name])
+            add(name, str(path))
+        else:
+            add(name, name)
+            if NEEDS[name]:
+                add((name, "without"), name, ["--disable", NEEDS[name]])
+    return result
+
+
+def node_cell(numbers, node):
+    state, reason = numbers["states"][node]
+    return f"{number(numbers['nodes'][node])} ms" if state == "run" else STATES[state] + reason
+
+
+def report(bench, page, results):
+    names, size = plan(bench)
+    page.text(f"`{TECHNIQUE}` at {size[0]} x {size[1]}, not denoised, medians of {FRAMES // 2} frames after as many of warm-up.")
+    moving, scenes = [n for n in names if n in MOTIONS], [n for n in names if n in NEEDS]
+    rows = []
+    if "static" in moving:
+        n = results["static"].numbers
+        idle = n["nodes"]["ddgi"] + n["nodes"]["caustics"]
+        rows.append(("static scene: indirect and caustic nodes", "near 0 ms",
+                     f"ddgi {number(n['nodes']['ddgi'])}, caustics {number(n['nodes']['caustics'])} ms", idle < 1))
+        rows.append(("static scene: builds in a frame", "0", str(sum(n["accel"].values())), sum(n["accel"].values()) == 0))
+    for name in scenes:
+        if NEEDS[name]:
+            with_, without = results[name].numbers, results[name, "without"].numbers
+            rays, memory = with_["rays"] - without["rays"], with_["memory_bytes"] - without["memory_bytes"]
+            ms = with_["nodes"][NEEDS[name]]
+            rows.append((f"`{NEEDS[name]}` in {name}, against the same with it disabled", "0 ms, 0 rays, no memory",
+                         f"{number(ms)} ms, {rays:.0f} rays, {memory} bytes", ms == 0 and rays == 0 and memory == 0))
+    page.targets(rows)
+    nodes = list(next(iter(results.values())).numbers["nodes"])
+    for title, group in (("Motion", moving), ("Scenes", scenes)):
+        if group:
+            page.heading(title)
+            page.table(("", "ms a frame", "rays", "probes updated of active", "photons", "built: BLAS, refits, TLAS", *nodes),
+                       [(name, number(n["frame_ms"]), f"{n['rays']:.0f}", f"{n['probes']['updated']} of {n['probes']['active']}",
+                         n["photons"], ", ".join(str(v) for v in n["accel"].values()), *(node_cell(n, node) for node in nodes))
+                        for name in group for n in [results[name].numbers]])
+    figure, axes = draw.plt.subplots(figsize=(9, 3.2))
+    bottom = [0.0] * len(names)
+    for index, node in enumerate(nodes):
+        heights = [results[name].numbers["nodes"].get(node, 0.0) for name in names]
+        axes.bar(names, heights, bottom=bottom, label=node, color=draw.plt.cm.tab10(index))
+        bottom = [b + h for b, h in zip(bottom, heights)]
+    axes.set_ylabel("ms a frame")
+    axes.tick_params(axis="x", labelrotation=15)
+    axes.legend(ncols=len(nodes), loc="lower left", bbox_to_anchor=(0, 1.0), fontsize=8)
+    page.plot(figure, "skip", "Time by node.")
+    return {str(key): {k: r.numbers[k] for k in ("frame_ms", "nodes", "states", "rays", "accel", "probes", "memory_bytes")}
+            for key, r in results.items()}

@@ -1,0 +1,207 @@
+"""Extreme scales, shapes, lights and materials, and long animations: what must not change, and what must not appear.
+
+Each case compares the mean radiance of a stage with that of its unedited self, or with a closed form; both are rendered with
+the same seed. Every case also counts values that are not finite.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import checks, stages
+from .. import report as draw
+from ..bench import Job
+
+TECHNIQUES = ("hybrid", "reference", "bpt", "restir")
+SIZE = (64, 36)
+SOAK_SIZE = (32, 18)
+PERIOD = 25  # frames of the soak's loop
+BASE = "cornell_glass"
+SEEDS = 4
+
+
+@dataclass(frozen=True)
+class Case:
+    """`edits` of the content stage `source`, whose radiance is `factor` times the sum of that of the stages `expected`."""
+
+    source: str
+    edits: tuple = ()
+    expected: tuple = ()       # names of other cases; empty: `constant`
+    factor: float = 1.0
+    constant: float = 1.0
+    bound: float = 1e-3        # of the mean's ratio
+    make: object = None        # writes a stage that is no edited one
+    techniques: tuple = TECHNIQUES
+    quick: bool = True
+    seeds: int = 1             # pictures to judge by, where the edit leaves no path as it was
+
+
+def _scale(factor, by, quick):
+    return Case(BASE, (by(factor),), ("base",), quick=quick)
+
+
+def _emission(factor, quick):
+    return Case(BASE, (stages.emission(factor),), ("base",), factor=factor, quick=quick)
+
+
+# Behind the camera of one_box, where only what it lights is seen; power is held while the radius shrinks.
+BEHIND, POWER = (0.3, 1.5, 1.9), 0.5
+
+
+def _bulb(radius, **more):
+    return Case("one_box", (stages.without_lights, stages.bulb("/World/Bulb", BEHIND, radius, POWER / radius**2)), **more)
+
+
+def _two_lights(first, second):
+    """Two bulbs of equal power whose radiances differ by 1e8 as their areas do; either may be left out."""
+    edits = [stages.without_lights]
+    if first:
+        edits.append(stages.bulb("/World/Wide", BEHIND, 0.1, POWER / 0.1**2))
+    if second:
+        edits.append(stages.bulb("/World/Fine", (-0.9, 1.5, 1.9), 1e-5, POWER / 1e-5**2))
+    return tuple(edits)
+
+
+CASES = {
+    "base": Case(BASE),
+    **{f"scale {f:g} by transform": _scale(f, stages.scaled, f in (1e-5, 1e5)) for f in (1e-5, 1e-3, 1e3, 1e5)},
+    **{f"scale {f:g} by unit": _scale(f, stages.unit, False) for f in (1e-5, 1e5)},
+    **{f"emission {f:g}": _emission(f, f in (1e-5, 1e5)) for f in (1e-5, 1e-2, 1e2, 1e5)},
+    "origin 1e4 scene sizes away": Case(BASE, (stages.moved([1e4 * stages.BOX] * 3),), ("base",)),
+    "slivers of aspect 1e6": Case(BASE, (stages.slivers(1e6),), ("base",)),
+    "needle triangles": Case(BASE, (stages.needles(200, 1e-6 * stages.BOX),), ("base",)),
+    "coincident surfaces": Case(BASE, (stages.doubled,), ("base",)),
+    "lamp of 1e-2 of the scene": _bulb(1e-2 * stages.BOX),
+    "lamp of 1e-6 of the scene": _bulb(1e-6 * stages.BOX, expected=("lamp of 1e-2 of the scene",), bound=5e-3),
+    "wide lamp alone": Case("one_box", _two_lights(True, False), seeds=SEEDS),
+    "fine lamp alone": Case("one_box", _two_lights(False, True), seeds=SEEDS),
+    "lamps whose radiances differ by 1e8": Case("one_box", _two_lights(True, True), ("wide lamp alone", "fine lamp alone"),
+                                                bound=2e-3, seeds=SEEDS),
+    "lamp 1e8 times as bright out of sight": Case("five_boxes", (stages.emission(1e8, "/World/Box1"),), ("one box",), bound=1e-2,
+                                                  seeds=SEEDS, quick=False),
+    "one box": Case("one_box", seeds=SEEDS, quick=False),
+    "mirror": Case("one_box", (stages.metal_ball(0.0),)),
+    **{f"roughness {r:g}": Case("one_box", (stages.metal_ball(r),), ("mirror",), bound=5e-3, quick=r == 1e-5)
+       for r in (1e-6, 1e-5, 1e-4)},
+    **{f"furnace, IOR {ior:g}": Case("", make=lambda path, ior=ior: stages.furnace(path, ior), bound=5e-3,
+                                     techniques=("hybrid", "reference", "bpt"), quick=ior in (0.7, 3))
+       for ior in (0.7, 1, 1.0001, 1.5, 3)},
+}
+
+
+def plan(bench):
+    s = bench.settings
+    techniques = s.choose(TECHNIQUES, s.techniques, "--technique")
+    names = s.choose([n for n, c in CASES.items() if c.quick or not s.quick], s.stages, "--stage")
+    needed = {other for n in names for other in CASES[n].expected}
+    return [n for n in CASES if n in names or n in needed], techniques, s.seed
+
+
+def jobs(bench):
+    names, techniques, seed = plan(bench)
+    quick, result = bench.settings.quick, {}
+    folder = bench.settings.output / "stages"
+    folder.mkdir(exist_ok=True)
+    for name in names:
+        case = CASES[name]
+        path = bench.stage(case.source)
+        if case.edits or case.make:
+            path = folder / (name.replace(" ", "_").replace(",", "") + ".usda")
+            case.make(path) if case.make else stages.edited(bench.stage(case.source), path, *case.edits)
+        for technique in techniques:
+            if technique in case.techniques:
+                weight = {"hybrid": 5, "bpt": 2.5, "reference": 2, "restir": 1.2}[technique] * (1 if quick else 2.5)
+                for number in range(case.seeds):
+                    result[name, technique, number] = Job("average", weight, {
+                        "stage": str(path), "technique": technique, "size": SIZE, "spp": 8 if quick else 128,
+                        "warmup": 4 if quick else 8, "seed": seed + number})
+    if not bench.settings.stages:
+        frames = PERIOD * (10 if quick else 400)
+        path = folder / "soak.usda"
+        stages.soak(bench.stage(BASE), path, frames, PERIOD)
+        for technique in techniques:
+            if technique == "hybrid" or not quick:
+                # The whole ten thousand where history is kept; the others' frames don't know of each other.
+                count = frames if technique in ("hybrid", "restir") else frames // 10
+                result["soak", technique, 0] = Job("soak", count * (0.06 if technique == "hybrid" else 0.02), {
+                    "stage": str(path), "technique": technique, "size": SOAK_SIZE, "frames": count, "seed": seed})
+    return result
+
+
+def judge(names, techniques, results):
+    """All rows of the table, and the pictures by case and technique."""
+    rows, pictures = [], {}
+
+    def pictures_of(name, technique):
+        return [results[name, technique, k].arrays["image"] for k in range(CASES[name].seeds)]
+
+    for name in names:
+        case = CASES[name]
+        for technique in techniques:
+            if (name, technique, 0) not in results:
+                continue
+            images = pictures_of(name, technique)
+            rows.append(checks.finite(name, technique, images, sum(
+                results[name, technique, k].numbers["nonfinite"] for k in range(case.seeds))))
+            expected = [np.full_like(images[0], case.constant)]
+            if case.expected:
+                parts = zip(*(pictures_of(other, technique) for other in case.expected))
+                expected = [case.factor * np.sum(part, axis=0, dtype=np.float64) for part in parts]
+            if case.expected or case.make:
+                rows.append(checks.ratio(name, technique, images, expected, case.bound))
+                pictures[name, technique] = images[0]
+    for technique in techniques:
+        if ("soak", technique, 0) in results:
+            n = results["soak", technique, 0].numbers
+            name = f"soak of {len(n['means'])} frames"
+            rows += [checks.finite(name, technique, n["means"], n["nonfinite"]),
+                     checks.drift(name, technique, n["means"][PERIOD:], PERIOD, 1e-3),
+                     checks.flat(name, technique, "device memory", n["memory_bytes"], 0.0),
+                     checks.flat(name, technique, "resident memory", n["resident_kb"], 0.01)]
+    return rows, pictures
+
+
+def plot_soak(results, techniques):
+    figure, panels = draw.plt.subplots(1, 3, figsize=(13, 3))
+    for technique in techniques:
+        if ("soak", technique, 0) not in results:
+            continue
+        n = results["soak", technique, 0].numbers
+        levels = np.array(n["means"])[:len(n["means"]) // PERIOD * PERIOD].reshape(-1, PERIOD).mean(axis=1)
+        for axes, values, label in zip(panels, (levels, np.array(n["memory_bytes"]) / 1e6, np.array(n["resident_kb"]) / 1e3),
+                                       (f"mean radiance of {PERIOD} frames", "device memory, MB", "resident memory, MB")):
+            axes.plot(np.linspace(0, len(n["means"]), len(values)), values, color=draw.color(technique), label=technique)
+            axes.set_title(label, fontsize=9)
+            axes.set_xlabel("frame")
+    panels[0].legend()
+    return figure
+
+
+def report(bench, page, results):
+    names, techniques, _ = plan(bench)
+    rows, pictures = judge(names, techniques, results)
+    failed = [r for r in rows if not r.good]
+    page.text(f"{len(rows) - len(failed)} of {len(rows)} checks hold. Pictures of {SIZE[0]} x {SIZE[1]} pixels are compared with those "
+              "of the same seed; `+-` is the 95% interval, over blocks of pixels or over seeds, and a comparison whose interval is "
+              f"wider than {100 * checks.WIDEST:g}% fails.")
+    if failed:
+        page.heading("What fails")
+        page.table(("case", "technique", "bound", "measured"), [(r.case, f"`{r.technique}`", r.bound, r.measured) for r in failed])
+    finite = [r for r in rows if r.bound.startswith("0 values")]
+    page.targets([
+        ("pixels that are not finite, over all cases", "0", str(sum(int(r.measured) for r in finite)), all(r.good for r in finite)),
+        *((f"{r.case}, `{r.technique}`", r.bound, r.measured, r.good) for r in rows if r.case.startswith("soak") and r not in finite),
+    ])
+    page.heading("Every case")
+    ratios = {(r.case, r.technique): r for r in rows if r.bound.startswith("1")}
+    compared = [n for n in names if any((n, t) in ratios for t in techniques)]
+    mark = lambda r: "" if r is None else r.measured if r.good else f"**{r.measured}**"
+    page.table(("case", "bound", *(f"`{t}`" for t in techniques)),
+               [(n, f"1 +- {CASES[n].bound:g}", *(mark(ratios.get((n, t))) for t in techniques)) for n in compared])
+    if any(key[0] == "soak" for key in results):
+        page.plot(plot_soak(results, techniques), "soak", "The long animation: a lamp moves, a bulb blinks, a glass ball comes and goes.")
+    if pictures:
+        page.plot(draw.contact_sheet(techniques, compared, lambda n, t: pictures[n, t] / CASES[n].factor
+                                     if (n, t) in pictures else None, width=1.6), "pictures",
+                  "The cases' pictures, over their factor.")
+    return {"checks": [r.__dict__ for r in rows], "failed": len(failed)}
