@@ -73,7 +73,7 @@ class Bench:
         share = settings.home / "share/trilume"
         shaders = os.environ.get("TRILUME_SHADERS", share / "shaders")
         build = store.fingerprint([settings.program, *libraries, shaders, share / "techniques.json",
-                                   here / "measure.py", here / "command.py"])
+                                   here / "measure.py", here / "command.py", here / "metrics.py"])
         devices = json.dumps([self.info["devices"], settings.device, settings.tracer])
         self.store = store.Store(settings.output / "samples", hashlib.sha256((build + devices).encode()).hexdigest())
 

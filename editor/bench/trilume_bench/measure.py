@@ -133,12 +133,13 @@ def average(bench, stage, technique, size, spp, warmup, seed, options=()):
 
 
 def soak(bench, stage, technique, size, frames, seed, options=()):
-    """Every frame of a long animation: means, counts and memory by frame."""
+    """Every frame of an animation: means, counts and memory by frame; flicker of the last eight, should they be at rest."""
     rendered = bench.command.render(bench.stage(stage), size, ["-t", technique, "--seed", seed, *options], frames=f"1:{frames}",
                                     watch=True)
     facts = rendered.stats["frames"]
     return {"ms": [round(f["ms"], 3) for f in facts], "nonfinite": sum(f["nonfinite"] for f in facts),
             "memory_bytes": [f["memory_bytes"] for f in facts], "resident_kb": rendered.resident,
+            "flicker": metrics.flicker(np.clip(rendered.images[-8:], 0, 1)),
             # Clipped: the few pixels that show a lamp would outweigh all others.
             "means": [float(np.clip(i, 0, 1).mean(dtype=np.float64)) if np.isfinite(i).all() else math.nan
                       for i in rendered.images]}, {"last": rendered.images[-1]}

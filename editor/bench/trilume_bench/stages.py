@@ -216,8 +216,7 @@ def hall(path, lamps=1, instances=1, triangles=12):
     corners = [(x, y, z) for z in (-5.0, 10.0) for y in (0.0, 4.0) for x in (-6.0, 6.0)]
     mesh(stage, "/World/Room", corners, [4] * 6, white,
          [0, 4, 5, 1, 2, 3, 7, 6, 0, 1, 3, 2, 0, 2, 6, 4, 1, 5, 7, 3, 4, 6, 7, 5])
-    for number, (x, z) in enumerate(_grid(lamps, 10.0, 8.0)):
-        bulb(f"/World/Bulb{number}", (x, 3.7, z), 0.02, 6000.0 / lamps)(stage)
+    _bulbs(stage.GetRootLayer(), [(x, 3.7, z) for x, z in _grid(lamps, 10.0, 8.0)], 0.02, 6000.0 / lamps)
     ball = _ball(stage, "/World/Balls/Ball", max(2, round((triangles / 4) ** 0.5)), white)
     spread = UsdGeom.PointInstancer.Define(stage, "/World/Balls")
     spread.CreatePrototypesRel().SetTargets([ball.GetPath()])
@@ -227,6 +226,20 @@ def hall(path, lamps=1, instances=1, triangles=12):
     spread.CreatePositionsAttr(Vt.Vec3fArray([Gf.Vec3f(x, min(size, 1.0), z) for x, z in places]))
     spread.CreateScalesAttr(Vt.Vec3fArray([Gf.Vec3f(min(size, 1.0))] * instances))
     stage.GetRootLayer().Export(str(path))
+
+
+def _bulbs(layer, places, radius, radiance):
+    """Sphere lights, past the stage, which would compose anew for each of them."""
+    with Sdf.ChangeBlock():
+        for number, place in enumerate(places):
+            prim = Sdf.CreatePrimInLayer(layer, f"/World/Bulbs/Bulb{number}")
+            prim.specifier, prim.typeName = Sdf.SpecifierDef, "SphereLight"
+            prim.nameParent.specifier = Sdf.SpecifierDef
+            for name, kind, value in (("inputs:radius", Sdf.ValueTypeNames.Float, radius),
+                                      ("inputs:intensity", Sdf.ValueTypeNames.Float, radiance),
+                                      ("xformOp:translate", Sdf.ValueTypeNames.Double3, Gf.Vec3d(*place)),
+                                      ("xformOpOrder", Sdf.ValueTypeNames.TokenArray, Vt.TokenArray(["xformOp:translate"]))):
+                Sdf.AttributeSpec(prim, name, kind).default = value
 
 
 def _grid(count, width, depth):
@@ -244,8 +257,8 @@ def _ball(stage, path, n, material):
     for i in range(n):
         for j in range(2 * n):
             a, b = i * 2 * n + j, i * 2 * n + (j + 1) % (2 * n)
-            faces += [(a, b, a + 2 * n)] if i < n - 1 else []
-            faces += [(b, b + 2 * n, a + 2 * n)] if i > 0 or n == 1 else []
+            faces += [(a, b, a + 2 * n)] if i > 0 else []
+            faces += [(b, b + 2 * n, a + 2 * n)] if i < n - 1 else []
     return mesh(stage, path, points, [3] * len(faces), material, [v for face in faces for v in face])
 
 

@@ -8,13 +8,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import checks, stages
+from .. import checks, metrics, stages
 from .. import report as draw
 from ..bench import Job
+from ..report import percent
 
 TECHNIQUES = ("hybrid", "reference", "bpt", "restir")
 SIZE = (64, 36)
 SOAK_SIZE = (32, 18)
+# A lamp steps to four times its radiance at one frame, and all is at rest again.
+STEP, STEP_FRAMES = 16, 64
+RESPONDING = ("restir", "ddgi_restir", "hybrid")
 PERIOD = 25  # frames of the soak's loop
 BASE = "cornell_glass"
 SEEDS = 4
@@ -73,9 +77,9 @@ CASES = {
     "coincident surfaces": Case(BASE, (stages.doubled,), ("base",)),
     "lamp of 1e-2 of the scene": _bulb(1e-2 * stages.BOX),
     "lamp of 1e-6 of the scene": _bulb(1e-6 * stages.BOX, expected=("lamp of 1e-2 of the scene",), bound=5e-3),
-    "wide lamp alone": Case("one_box", _two_lights(True, False), seeds=SEEDS),
-    "fine lamp alone": Case("one_box", _two_lights(False, True), seeds=SEEDS),
-    "lamps whose radiances differ by 1e8": Case("one_box", _two_lights(True, True), ("wide lamp alone", "fine lamp alone"),
+    "wide lamp alone": Case("one_box", _two_lights(True, False), seeds=SEEDS, quick=False),
+    "fine lamp alone": Case("one_box", _two_lights(False, True), seeds=SEEDS, quick=False),
+    "lamps whose radiances differ by 1e8": Case("one_box", _two_lights(True, True), ("wide lamp alone", "fine lamp alone"), quick=False,
                                                 bound=2e-3, seeds=SEEDS),
     "lamp 1e8 times as bright out of sight": Case("five_boxes", (stages.emission(1e8, "/World/Box1"),), ("one box",), bound=1e-2,
                                                   seeds=SEEDS, quick=False),
@@ -116,6 +120,12 @@ def jobs(bench):
                         "stage": str(path), "technique": technique, "size": SIZE, "spp": 8 if quick else 128,
                         "warmup": 4 if quick else 8, "seed": seed + number})
     if not bench.settings.stages:
+        path = folder / "step.usda"
+        stages.edited(bench.stage("one_box"), path, stages.brightened("/World/Box0/Lamp", 4.0, STEP, STEP_FRAMES))
+        for technique in RESPONDING:
+            if not bench.settings.techniques or technique in techniques:
+                result["step", technique, 0] = Job("soak", 3 + 3 * ("ddgi" in technique or technique == "hybrid"), {
+                    "stage": str(path), "technique": technique, "size": SIZE, "frames": STEP_FRAMES, "seed": seed})
         frames = PERIOD * (10 if quick else 400)
         path = folder / "soak.usda"
         stages.soak(bench.stage(BASE), path, frames, PERIOD)
@@ -177,6 +187,24 @@ def plot_soak(results, techniques):
     return figure
 
 
+def report_step(page, results):
+    """How soon a light's change shows, and what flickers once all is at rest; as interactive use has it, denoised."""
+    found = {t: results["step", t, 0].numbers for t in RESPONDING if ("step", t, 0) in results}
+    if not found:
+        return {}
+    page.heading("A light that changes")
+    page.table(("technique", "frames until 90% of the change shows", "flicker at rest, of the mean"),
+               [(f"`{t}`", metrics.frames_until(n["means"], STEP - 1), percent(n["flicker"])) for t, n in found.items()])
+    figure, axes = draw.plt.subplots(figsize=(7, 3))
+    for technique, n in found.items():
+        axes.plot(range(1, STEP_FRAMES + 1), n["means"], color=draw.color(technique), label=technique)
+    axes.set_xlabel("frame")
+    axes.set_ylabel("mean radiance, clipped to 1")
+    axes.legend()
+    page.plot(figure, "step", f"The lamp of one_box steps to four times its radiance at frame {STEP}; with temporal denoising.")
+    return {t: {"frames_until_90%": metrics.frames_until(n["means"], STEP - 1), "flicker": n["flicker"]} for t, n in found.items()}
+
+
 def report(bench, page, results):
     names, techniques, _ = plan(bench)
     rows, pictures = judge(names, techniques, results)
@@ -204,4 +232,4 @@ def report(bench, page, results):
         page.plot(draw.contact_sheet(techniques, compared, lambda n, t: pictures[n, t] / CASES[n].factor
                                      if (n, t) in pictures else None, width=1.6), "pictures",
                   "The cases' pictures, over their factor.")
-    return {"checks": [r.__dict__ for r in rows], "failed": len(failed)}
+    return {"checks": [r.__dict__ for r in rows], "failed": len(failed), "step": report_step(page, results)}
