@@ -145,8 +145,9 @@ Adapter describe(VkPhysicalDevice handle, uint32_t index) {
     };
     note(kRequired12, features.v12);
     note(kRequired13, features.v13);
-    if (adapter.info.missing.empty() && !(subgroups.supportedOperations & VK_SUBGROUP_FEATURE_ARITHMETIC_BIT))
-        adapter.info.missing = "subgroup arithmetic";
+    constexpr VkSubgroupFeatureFlags kSubgroups = VK_SUBGROUP_FEATURE_ARITHMETIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
+    if (adapter.info.missing.empty() && (subgroups.supportedOperations & kSubgroups) != kSubgroups)
+        adapter.info.missing = "subgroup arithmetic and ballot";
     return adapter;
 }
 

@@ -11,7 +11,9 @@ namespace {
 
 constexpr uint32_t kGroupSize = 64;
 constexpr uint32_t kBounceRays = 16;
-constexpr uint32_t kPlacingRounds = 4; // a probe in a corner leaves it through three walls
+constexpr uint32_t kPlacingRounds = 4;  // a probe in a corner leaves it through three walls
+constexpr uint32_t kFollowFrames = 32;  // after a change of the scene, for which probes get the whole budget
+constexpr uint32_t kSettledDivisor = 8; // of the budget, afterwards
 
 /// Distance of the outermost planes inside the bounds from the bounds, in steps: walls there have probes at hand.
 constexpr float kInset = 0.06f;
@@ -68,8 +70,8 @@ void DdgiNode::declare(graph::Builder& builder) {
     probes_ = builder.persistentBuffer("ddgi.probes", probes * sizeof(shared::Probe));
     irradiance_ =
         builder.persistentBuffer("ddgi.irradiance", probes * shared::kProbeIrradianceNodes * sizeof(glm::vec3));
-    distances_ = builder.persistentBuffer("ddgi.distances", probes * shared::kProbeDistanceNodes * sizeof(glm::vec2));
-    list_ = builder.createBuffer("ddgi.list", probes * sizeof(uint32_t));
+    distances_ = builder.persistentBuffer("ddgi.distances", probes * shared::kProbeDistanceNodes * sizeof(uint32_t));
+    turns_ = builder.createBuffer("ddgi.turns", probes * sizeof(shared::ProbeTurn));
     rays_ = builder.createBuffer("ddgi.rays", probes * raysPerProbe_ * sizeof(shared::ProbeRay));
     indirect_ = builder.createPlane("ddgi.indirect", sizeof(glm::vec3));
 }
@@ -79,6 +81,12 @@ void DdgiNode::execute(graph::FrameContext& context) {
     const bool restart = !context.resources.historyValid(probes_) || !grid_.serves(facts.boundsMin, facts.boundsMax);
     const bool changed = lightingRevision_ != facts.lightingRevision;
     lightingRevision_ = facts.lightingRevision;
+    if (restart)
+        followFrames_ = 0;
+    else if (changed)
+        followFrames_ = kFollowFrames;
+    else if (followFrames_ > 0)
+        --followFrames_;
     if (restart) grid_ = fitProbeGrid(facts.boundsMin, facts.boundsMax, limit_);
     if (restart) {
         // Probes find their places, then many bounces by few rays, then means begin.
@@ -86,7 +94,7 @@ void DdgiNode::execute(graph::FrameContext& context) {
         for (uint32_t i = 0; i < kPlacingRounds; ++i) updateProbes(context, shared::kProbeUpdateMoved);
         for (int64_t bounce = context.params.getInt("ddgi.bounces"); bounce > 0; --bounce)
             updateProbes(context, shared::kProbeUpdateBounce);
-        updateProbes(context, shared::kProbeUpdateAll);
+        updateProbes(context, shared::kProbeUpdateActive);
     } else {
         const uint32_t relit = facts.changedLights > 0 ? shared::kProbeUpdateRelit : 0;
         updateProbes(context, changed ? shared::kProbeUpdateChanged | relit : 0);
@@ -97,7 +105,8 @@ void DdgiNode::execute(graph::FrameContext& context) {
 void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
     const auto& resources = context.resources;
     gpu::Commands& commands = context.commands;
-    const auto budget = static_cast<uint32_t>(context.params.getInt("ddgi.budget"));
+    const auto whole = static_cast<uint32_t>(context.params.getInt("ddgi.budget"));
+    const uint32_t budget = followFrames_ > 0 ? whole : whole / kSettledDivisor;
     const bool bounce = (flags & shared::kProbeUpdateBounce) != 0;
     const bool turns = (flags & ~(shared::kProbeUpdateChanged | shared::kProbeUpdateRelit)) == 0;
 
@@ -120,7 +129,7 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
     shared::ProbeUpdatePush update{};
     update.frame = context.frame;
     update.volume = begin.volume;
-    update.list = resources.address(list_);
+    update.turns = resources.address(turns_);
     update.rays = resources.address(rays_);
     update.causticCache = resources.address(causticCache_);
     update.raysPerProbe = bounce ? std::min(kBounceRays, raysPerProbe_) : raysPerProbe_;
@@ -135,6 +144,9 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
     commands.dispatch(
         context.pipeline({"passes/ddgi/trace.comp", {{"TL_CAUSTIC_CACHE", causticCache_ ? "1" : "0"}}, {}}), update,
         update.groups * kGroupSize);
+    commands.barrier();
+    update.groups = (expected + kGroupSize - 1) / kGroupSize;
+    commands.dispatch(context.pipeline({"passes/ddgi/judge.comp", {}, {}}), update, update.groups * kGroupSize);
     commands.barrier();
     update.groups = expected;
     commands.dispatch(context.pipeline({"passes/ddgi/blend.comp", {}, {}}), update, update.groups * kGroupSize);

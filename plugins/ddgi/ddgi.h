@@ -34,11 +34,12 @@ private:
     void gather(graph::FrameContext& context);
 
     graph::Plane points_, indirect_;
-    graph::Buffer volume_, probes_, irradiance_, distances_, list_, rays_, causticCache_;
+    graph::Buffer volume_, probes_, irradiance_, distances_, turns_, rays_, causticCache_;
     ProbeGrid grid_;                ///< that the probes in memory stand on
     uint32_t limit_ = 0;            ///< probes that there is memory for
     uint64_t lightingRevision_ = 0; ///< that they have seen
     uint32_t raysPerProbe_ = 0;
+    uint32_t followFrames_ = 0; ///< for which they still follow a change
 };
 
 } // namespace trilume

@@ -48,6 +48,15 @@ mat3 probeRotation(vec3 u) {
     return mat3(c * basis[0] + s * basis[1], c * basis[1] - s * basis[0], basis[2]);
 }
 
+// Distances in memory: mean and standard deviation, spacings.
+uint probePackMoments(vec2 moments) {
+    return packHalf2x16(vec2(moments.x, safeSqrt(moments.y - sqr(moments.x))));
+}
+vec2 probeMoments(uint packed) {
+    const vec2 v = unpackHalf2x16(packed);
+    return vec2(v.x, sqr(v.x) + sqr(v.y));
+}
+
 // cosTheta^50 without a logarithm.
 float probeDistanceWeight(float cosTheta) {
     const float x2 = sqr(max(cosTheta, 0.0)), x16 = sqr(sqr(sqr(x2)));

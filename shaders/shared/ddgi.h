@@ -11,7 +11,6 @@ TL_CONST uint kProbeIrradianceSide = 9;
 TL_CONST uint kProbeDistanceSide = 16;
 TL_CONST uint kProbeIrradianceNodes = 81;
 TL_CONST uint kProbeDistanceNodes = 256;
-TL_CONST uint kProbeAxes = 6; // +x -x +y -y +z -z
 
 TL_CONST uint kProbeActive = 1;    // lookups use it
 TL_CONST uint kProbeConverged = 2; // sleeps unless watched
@@ -28,11 +27,11 @@ struct Probe {
     uint watch;      // updates for which it stays awake
     uint moves;      // that it may still make
     uint settle;     // updates for which the mean follows a change of the light at once
-    // Luminance of the irradiance along each axis, W/m^2: a fast mean, the last update's, and the variance of one
-    // update.
-    float fast[6];
-    float last[6];
-    float variance[6];
+    // Luminance of the irradiance along the axes (x, y, z; -x, -y, -z), W/m^2: a fast mean, the last update's, and the
+    // variance of one update.
+    vec3 fast[2];
+    vec3 last[2];
+    vec3 variance[2];
 };
 
 TL_DECLARE_REF(Probe)
@@ -41,7 +40,7 @@ TL_DECLARE_REF(Probe)
 struct ProbeVolume {
     TL_REF(Probe) probes;
     TL_REF(vec3) irradiance; // kProbeIrradianceNodes for each probe, W/m^2
-    TL_REF(vec2) distances;  // kProbeDistanceNodes for each probe: mean and mean square, in spacings
+    TL_REF(uint) distances;  // kProbeDistanceNodes for each probe: half floats, mean and standard deviation, spacings
     vec3 origin;             // of probe (0, 0, 0), render space
     float spacing;           // metres
     vec3 steps;              // between probes along each axis, metres
@@ -55,21 +54,32 @@ struct ProbeVolume {
 TL_DECLARE_ALIGNED_REF(ProbeVolume, 8)
 
 struct ProbeRay {
+    vec3 direction;
+    float distance; // to the first surface, spacings; kProbeRayMissed: none
     vec3 radiance;  // scattered towards the probe, W/(m^2 sr)
-    float distance; // metres to the first surface; kFloatMax: none
     uint flags;     // kProbeRay*
 };
+TL_CONST float kProbeRayMissed = 1e30f;
 TL_CONST uint kProbeRayBack = 1; // the surface was met from behind
 TL_CONST uint kProbeRayLit = 2;  // light reaches the surface directly
 
 TL_DECLARE_REF(ProbeRay)
+
+// A probe that takes part in a round, and the weights with which the round enters its means.
+struct ProbeTurn {
+    uint probe;
+    float irradianceWeight;
+    float distanceWeight;
+};
+
+TL_DECLARE_REF(ProbeTurn)
 
 struct ProbeBeginPush {
     TL_REF(FrameConstants) frame;
     TL_REF(ProbeVolume) volume;
     TL_REF(Probe) probes;
     TL_REF(vec3) irradiance;
-    TL_REF(vec2) distances;
+    TL_REF(uint) distances;
     vec3 origin;
     float spacing;
     vec3 steps;
@@ -82,19 +92,19 @@ struct ProbeBeginPush {
 struct ProbeUpdatePush {
     TL_REF(FrameConstants) frame;
     TL_REF(ProbeVolume) volume;
-    TL_REF(uint) list; // of the probes that this round updates
+    TL_REF(ProbeTurn) turns; // of this round, in no order
     TL_REF(ProbeRay) rays;
     TL_REF(CausticPatch) causticCache; // with TL_CAUSTIC_CACHE
     uint raysPerProbe;
-    uint groups; // that trace and blend were dispatched with
+    uint groups; // that the pass was dispatched with
     uint flags;  // kProbeUpdate*
     float tolerance;
 };
 // Which probes a round updates; with none of the first four, those awake take turns.
-TL_CONST uint kProbeUpdateAll = 1;
-TL_CONST uint kProbeUpdateMoved = 2;    // those that have just moved
+TL_CONST uint kProbeUpdateRestart = 1;  // all, of which nothing is known yet: they see surfaces, not yet their light
+TL_CONST uint kProbeUpdateMoved = 2;    // likewise those that have just moved
 TL_CONST uint kProbeUpdateBounce = 4;   // active ones take in one more bounce: the round replaces their irradiance
-TL_CONST uint kProbeUpdateRestart = 8;  // all, of which nothing is known yet
+TL_CONST uint kProbeUpdateActive = 8;   // active ones
 TL_CONST uint kProbeUpdateChanged = 16; // the scene is another than in the last frame
 TL_CONST uint kProbeUpdateRelit = 32;   // its lights are
 

@@ -11,22 +11,23 @@ layout(push_constant, scalar) uniform Push { ProbeUpdatePush push; };
 
 layout(local_size_x = 64) in;
 
-const uint kSentinelPeriod = 32u; // rounds between two updates of a sleeping probe
+const uint kSentinelPeriod = 128u; // rounds between two updates of a sleeping probe
 const uint kWatch = 16u;          // updates for which a change of the scene keeps probes awake
+const uint kWatchFresh = 8u;      // and fresh ones
 const uint kMoves = 6u;           // relocations after a change of the scene
 const float kCountAfterChange = 64.0;
 // When a lamp changes, all light does: means follow quickly for a while, at the price of noise.
 const float kCountRelit = 3.0;
-const float kSeenAfterChange = 16.0;
+const float kSeenAfterChange = 8.0;
 
 Probe freshProbe() {
     Probe p;
     p.offset = vec3(0.0);
     p.flags = p.updates = p.settle = 0u;
     p.count = p.seen = p.backShare = 0.0;
-    p.watch = kWatch;
+    p.watch = kWatchFresh;
     p.moves = kMoves;
-    for (uint i = 0u; i < kProbeAxes; ++i) p.fast[i] = p.last[i] = p.variance[i] = 0.0;
+    for (uint i = 0u; i < 2u; ++i) p.fast[i] = p.last[i] = p.variance[i] = vec3(0.0);
     return p;
 }
 
@@ -52,13 +53,13 @@ void main() {
     const uint period = awake ? volume.period : kSentinelPeriod;
     const bool serves = (probe.flags & kProbeActive) != 0u;
     bool taken = (pcg(index) + TL_FRAME.frameIndex) % period == 0u;
-    if ((push.flags & (kProbeUpdateAll | kProbeUpdateRestart)) != 0u) taken = true;
-    else if ((push.flags & kProbeUpdateMoved) != 0u) taken = probe.count == 0.0;
-    else if ((push.flags & kProbeUpdateBounce) != 0u) taken = serves;
+    if ((push.flags & kProbeUpdateRestart) != 0u) taken = true;
+    else if ((push.flags & kProbeUpdateMoved) != 0u) taken = probe.seen == 0.0;
+    else if ((push.flags & (kProbeUpdateActive | kProbeUpdateBounce)) != 0u) taken = serves;
     if (awake) atomicAdd(push.volume.v[0].awake, 1u);
     if (serves) atomicAdd(TL_FRAME.counters.v[kCounterProbesActive], 1u);
     if (taken) {
-        push.list.v[atomicAdd(push.volume.v[0].selected, 1u)] = index;
+        push.turns.v[atomicAdd(push.volume.v[0].selected, 1u)].probe = index;
         atomicAdd(TL_FRAME.counters.v[kCounterProbesUpdated], 1u);
     }
 }

@@ -12,12 +12,16 @@ layout(push_constant, scalar) uniform Push { ProbeUpdatePush push; };
 
 layout(local_size_x = 64) in;
 
-ProbeRay traceProbeRay(vec3 origin, vec3 direction, inout Sampler rng) {
+ProbeRay traceProbeRay(vec3 origin, vec3 direction, float spacing, inout Sampler rng) {
     const RoughHit hit = traceToRough(origin, direction, 0.0, rng);
-    ProbeRay ray = ProbeRay(vec3(0.0), hit.distance, hit.back ? kProbeRayBack : 0u);
-    if (!hit.found) return ray;
+    const float distance = hit.distance < kFloatMax ? hit.distance / spacing : kProbeRayMissed;
+    ProbeRay ray = ProbeRay(direction, distance, vec3(0.0), hit.back ? kProbeRayBack : 0u);
+    // Probes that look for their places need to know only which backs are lit.
+    const bool placing = (push.flags & (kProbeUpdateRestart | kProbeUpdateMoved)) != 0u;
+    if (!hit.found || (placing && !hit.back)) return ray;
     vec3 direct;
     ray.radiance = scatteredLight(push.volume, push.causticCache, hit, rng, direct);
+    if (placing) ray.radiance = vec3(0.0);
     if (!hit.specular && maxComponent(direct) > 0.0) ray.flags |= kProbeRayLit;
     return ray;
 }
@@ -27,14 +31,14 @@ void main() {
     ProbeVolume volume = push.volume.v[0];
     const uint total = volume.selected * push.raysPerProbe;
     for (uint i = gl_GlobalInvocationID.x; i < total; i += push.groups * gl_WorkGroupSize.x) {
-        const uint index = push.list.v[i / push.raysPerProbe];
+        const uint index = push.turns.v[i / push.raysPerProbe].probe;
         const uint ray = i % push.raysPerProbe;
         const Probe probe = volume.probes.v[index];
         const vec3 origin = probePosition(volume, probeCoordinates(volume.counts, index), probe);
         const vec3 direction =
             probeRayRotation(index, probe.updates) * probeLatticeDirection(ray, push.raysPerProbe);
         Sampler rng = probeSampler(index, ray, probe.updates);
-        ProbeRay result = traceProbeRay(origin, direction, rng);
+        ProbeRay result = traceProbeRay(origin, direction, volume.spacing, rng);
         if (!isFinite(result.radiance)) {
             result.radiance = vec3(0.0);
             atomicAdd(TL_FRAME.counters.v[kCounterNonfinite], 1u);
