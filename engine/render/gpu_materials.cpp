@@ -59,13 +59,22 @@ bool isCutout(const Material& m) { return m.opacity < 1 || mapped(m.opacityMap);
 /// surface is a caustic. A map may hold such a value anywhere.
 constexpr float kDeltaRoughness = 0.01f;
 
-bool hasCausticLobe(const Material& m) {
+/// Whether any lobe besides the diffuse one can have a roughness that `test` (of roughness and its map) accepts.
+template<class Test>
+bool anySpecularLobe(const Material& m, Test test) {
     Material base = m;
     base.clearcoat = 0;
     base.clearcoatMap = {};
-    return (hasSpecular(base) && (m.roughness <= kDeltaRoughness || mapped(m.roughnessMap))) ||
-           ((m.clearcoat > 0 || mapped(m.clearcoatMap)) &&
-            (m.clearcoatRoughness <= kDeltaRoughness || mapped(m.clearcoatRoughnessMap)));
+    return (hasSpecular(base) && test(m.roughness, mapped(m.roughnessMap))) ||
+           ((m.clearcoat > 0 || mapped(m.clearcoatMap)) && test(m.clearcoatRoughness, mapped(m.clearcoatRoughnessMap)));
+}
+
+bool hasCausticLobe(const Material& m) {
+    return anySpecularLobe(m, [](float roughness, bool map) { return map || roughness <= kDeltaRoughness; });
+}
+
+bool hasRoughLobe(const Material& m) {
+    return anySpecularLobe(m, [](float roughness, bool map) { return map || roughness > kDeltaRoughness; });
 }
 
 bool hasDiffuse(const Material& m) {
@@ -168,13 +177,14 @@ bool GpuMaterials::update(const Scene& scene) {
     std::vector<shared::TextureInput> inputs(1); // entry 0 is "no map"
     std::vector<shared::Material> materials;
     traits_.clear();
-    textured_ = cutouts_ = specular_ = transmissive_ = clearcoated_ = false;
+    textured_ = cutouts_ = specular_ = rough_ = transmissive_ = clearcoated_ = false;
     const auto add = [&](const Material& m) {
         const shared::Material& out = materials.emplace_back(convert(m, inputs));
         traits_.push_back({meanEmission(m), hasDiffuse(m), hasCausticLobe(m)});
         textured_ |= (out.flags & shared::kMaterialTextured) != 0;
         cutouts_ |= (out.flags & shared::kMaterialCutout) != 0;
         specular_ |= hasSpecular(m);
+        rough_ |= hasRoughLobe(m);
         transmissive_ |= m.transmission > 0 || mapped(m.transmissionMap);
         clearcoated_ |= m.clearcoat > 0 || mapped(m.clearcoatMap);
     };

@@ -42,6 +42,7 @@ public:
     bool textured() const { return textured_; }
     bool cutouts() const { return cutouts_; }
     bool specular() const { return specular_; } ///< any material that is more than Lambert
+    bool rough() const { return rough_; }       ///< any whose further lobes are not all deltas
     bool transmissive() const { return transmissive_; }
     bool clearcoated() const { return clearcoated_; }
 
@@ -71,7 +72,8 @@ private:
     std::vector<Traits> traits_;
     DeviceTable<shared::Material> materials_{"materials"};
     DeviceTable<shared::TextureInput> inputs_{"texture inputs"};
-    bool textured_ = false, cutouts_ = false, specular_ = false, transmissive_ = false, clearcoated_ = false;
+    bool textured_ = false, cutouts_ = false, specular_ = false, rough_ = false, transmissive_ = false,
+         clearcoated_ = false;
 };
 
 } // namespace trilume

@@ -207,8 +207,11 @@ std::vector<std::pair<std::string, std::string>> View::Impl::shaderDefines() con
     const GpuMaterials& materials = gpuScene.materials();
     const auto flag = [](bool on) { return std::string(on ? "1" : "0"); };
     std::vector<std::pair<std::string, std::string>> defines{
-        {"TL_BSDF_SPECULAR", flag(materials.specular())},     {"TL_BSDF_TRANSMISSION", flag(materials.transmissive())},
-        {"TL_BSDF_CLEARCOAT", flag(materials.clearcoated())}, {"TL_CUTOUTS", flag(materials.cutouts())},
+        {"TL_BSDF_SPECULAR", flag(materials.specular())},
+        {"TL_BSDF_ROUGH", flag(materials.rough())},
+        {"TL_BSDF_TRANSMISSION", flag(materials.transmissive())},
+        {"TL_BSDF_CLEARCOAT", flag(materials.clearcoated())},
+        {"TL_CUTOUTS", flag(materials.cutouts())},
         {"TL_TEXTURES", flag(materials.textured())},
     };
     defines.emplace_back("TL_LIGHT_KINDS", std::to_string(gpuScene.lightKinds()));

@@ -7,12 +7,16 @@
 //   coat       GGX clearcoat
 // Roughness up to kDeltaRoughness is a perfect mirror or smooth refraction: a blur of 1e-4 radians, below any pixel.
 //
-// TL_BSDF_SPECULAR 0 leaves Lambert alone; TL_BSDF_TRANSMISSION 0 and TL_BSDF_CLEARCOAT 0 leave those layers out.
+// TL_BSDF_SPECULAR 0 leaves Lambert alone; TL_BSDF_TRANSMISSION 0 and TL_BSDF_CLEARCOAT 0 leave those layers out;
+// with TL_BSDF_ROUGH 0 all lobes but the cosine one are deltas.
 #ifndef TL_LIB_BSDF_BSDF_GLSL
 #define TL_LIB_BSDF_BSDF_GLSL
 
 #ifndef TL_BSDF_SPECULAR
 #define TL_BSDF_SPECULAR 1
+#endif
+#ifndef TL_BSDF_ROUGH
+#define TL_BSDF_ROUGH TL_BSDF_SPECULAR
 #endif
 #ifndef TL_BSDF_TRANSMISSION
 #define TL_BSDF_TRANSMISSION TL_BSDF_SPECULAR

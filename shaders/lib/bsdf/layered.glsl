@@ -40,6 +40,9 @@ struct Bsdf {
 #endif
 };
 
+// Perceptual roughness of a lobe; 0: delta.
+float lobeRoughness(float roughness) { return TL_BSDF_ROUGH != 0 && roughness > kDeltaRoughness ? roughness : 0.0; }
+
 // What a white surface with these Schlick factors sends back in all, from what single scattering loses.
 vec3 schlickMean(vec3 f0, float f90) { return f0 + (f90 - f0) / 21.0; }
 vec3 multipleScattering(vec3 fMean, float lossMean) { return fMean * fMean * (1.0 - lossMean) / (1.0 - fMean * lossMean); }
@@ -118,7 +121,7 @@ Bsdf bsdfPrepare(BsdfParams p, vec3 wo, bool frontSide, uint transport) {
     Bsdf b;
     const float cosO = min(abs(wo.z), 1.0);
     b.upward = wo.z < 0.0 ? -1.0 : 1.0;
-    b.roughness = p.roughness > kDeltaRoughness ? p.roughness : 0.0;
+    b.roughness = lobeRoughness(p.roughness);
     b.alpha = sqr(b.roughness);
     const float metallic = p.specularWorkflow ? 0.0 : p.metallic;
     const float ior = max(p.ior, 1e-3);
@@ -145,7 +148,7 @@ Bsdf bsdfPrepare(BsdfParams p, vec3 wo, bool frontSide, uint transport) {
 
 #if TL_BSDF_CLEARCOAT
     b.coat = p.clearcoat;
-    b.coatRoughness = p.clearcoatRoughness > kDeltaRoughness ? p.clearcoatRoughness : 0.0;
+    b.coatRoughness = lobeRoughness(p.clearcoatRoughness);
     b.coatAlpha = sqr(b.coatRoughness);
     b.coatF.x = f0FromIor(max(p.clearcoatIor, 1e-3));
     b.coatF.y = f90FromF0(b.coatF.x);

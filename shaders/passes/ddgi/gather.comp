@@ -37,7 +37,7 @@ vec3 gatherIndirect(VisiblePoint point, inout Sampler rng) {
     return gatherByRay(shading, point.footprint, rng);
 #else
     vec3 indirect = scatteredProbeLight(push.volume, shading, bsdfCosineAlbedo(shading.bsdf));
-#if TL_BSDF_SPECULAR
+#if TL_BSDF_ROUGH
     shading.bsdf = bsdfWithoutCosine(shading.bsdf);
     if (bsdfHasSmooth(shading.bsdf)) indirect += gatherByRay(shading, point.footprint, rng);
 #endif
