@@ -26,12 +26,14 @@ static void registerPlugin(trilume::Registry& registry) {
                        .unit = "rays",
                        .doc = "Rays in one update of a probe.",
                        .cost = ParamCost::Structural});
-    registry.addParam({.name = "ddgi.budget",
-                       .defaultValue = int64_t{32768},
-                       .minimum = 1024,
-                       .maximum = 16777216,
-                       .unit = "rays",
-                       .doc = "Probe rays a frame, shared by the probes that are awake: fewer settle more slowly."});
+    registry.addParam(
+        {.name = "ddgi.budget",
+         .defaultValue = int64_t{32768},
+         .minimum = 1024,
+         .maximum = 16777216,
+         .unit = "rays",
+         .doc = "Probe rays a frame, shared by the probes that are awake, while something changes; a settled scene "
+                "gets an eighth. Fewer settle more slowly."});
     registry.addParam({.name = "ddgi.bounces",
                        .defaultValue = int64_t{16},
                        .minimum = 0,
@@ -43,7 +45,7 @@ static void registerPlugin(trilume::Registry& registry) {
                        .minimum = 0,
                        .maximum = 1,
                        .doc = "Standard error, relative, of its irradiance at which a probe goes to sleep; 0: never. "
-                              "Sleepers go on improving, 32 times more slowly."});
+                              "Sleepers go on improving, once in 128 frames."});
     registry.addNode({"ddgi", "ddgi", [] { return std::make_unique<trilume::DdgiNode>(); }});
 }
 
