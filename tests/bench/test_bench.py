@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+import time
 
 import pytest
 
@@ -68,6 +69,17 @@ def test_stability_catches_what_a_shader_does_wrong(command, tmp_path):
         checks = json.loads((tmp_path / "out" / "results.json").read_text())["summary"]["checks"]
         assert {c["bound"] for c in checks if not c["good"]} == failed
         assert ("What fails" in (tmp_path / "out" / "report.md").read_text()) == bool(failed)
+
+
+def test_interrupted_run_leaves_what_it_measured(command, tmp_path):
+    """Ctrl-C: one line, exit status 1, no process left behind, and the samples so far."""
+    process = harness.start(*TINY, "-o", tmp_path)
+    while process.poll() is None and len(list((tmp_path / "samples").glob("*.json"))) < 2:
+        time.sleep(0.05)
+    status, stderr = harness.interrupt(process)
+    assert status == 1 and stderr.startswith("trilume: error: interrupted: ") and stderr.count("\n") == 1
+    assert 2 <= len(list((tmp_path / "samples").glob("*.json"))) < 7
+    assert not list((tmp_path / "samples").glob(".*")) and not (tmp_path / "report.md").exists()
 
 
 @pytest.mark.parametrize("words, place", [

@@ -52,7 +52,12 @@ class Command:
     def _run(self, words, env=None, resident=None):
         process = subprocess.Popen([self.path, *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                                    errors="replace", env={**os.environ, **(env or {})})
-        out, err = _watch(process, resident) if resident is not None else process.communicate(timeout=TIMEOUT)
+        try:
+            out, err = _watch(process, resident) if resident is not None else process.communicate(timeout=TIMEOUT)
+        except BaseException:
+            process.kill()
+            process.wait()
+            raise
         if process.returncode != 0:
             lines = [line for line in err.splitlines() if "error" in line] or err.splitlines() or ["no message"]
             raise BenchError(RUN, "a measurement failed", " ".join([self.path, *map(str, words)]),

@@ -53,7 +53,7 @@ def report(bench, page, results):
     axes, techniques = plan(bench)
     page.text(f"Median time of a frame after warm-up, {SIZE[0]} x {SIZE[1]} pixels unless pixels grow; total power and covered area "
               "are held while numbers grow.")
-    figure, panels = draw.plt.subplots(1, len(axes), figsize=(3.2 * len(axes), 3), squeeze=False)
+    figure, panels = draw.plt.subplots(1, len(axes), figsize=(3.2 * len(axes), 3), squeeze=False, sharey=True)
     summary, bad = {}, sum(r.numbers["nonfinite"] for r in results.values())
     for panel, (axis, counts) in zip(panels[0], axes.items()):
         for technique in techniques:
@@ -64,6 +64,7 @@ def report(bench, page, results):
         panel.set_xscale("log")
         panel.set_yscale("log")
         panel.set_xlabel(axis)
+        panel.xaxis.set_minor_formatter(draw.plt.NullFormatter())
     panels[0][0].set_ylabel("ms a frame")
     panels[0][0].legend()
     page.plot(figure, "scale", "Cost of a frame.")

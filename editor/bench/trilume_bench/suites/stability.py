@@ -57,13 +57,10 @@ def _bulb(radius, **more):
 
 
 def _two_lights(first, second):
-    """Two bulbs of equal power whose radiances differ by 1e8 as their areas do; either may be left out."""
-    edits = [stages.without_lights]
-    if first:
-        edits.append(stages.bulb("/World/Wide", BEHIND, 0.1, POWER / 0.1**2))
-    if second:
-        edits.append(stages.bulb("/World/Fine", (-0.9, 1.5, 1.9), 1e-5, POWER / 1e-5**2))
-    return tuple(edits)
+    """Two bulbs of equal power whose radiances differ by 1e8 as their areas do; either may be dark, and then still blocks light."""
+    return (stages.without_lights,
+            stages.bulb("/World/Wide", BEHIND, 0.1, (1.0 if first else 1e-9) * POWER / 0.1**2),
+            stages.bulb("/World/Fine", (-0.9, 1.5, 1.9), 1e-5, (1.0 if second else 1e-9) * POWER / 1e-5**2))
 
 
 CASES = {
