@@ -15,7 +15,8 @@ class Row:
     technique: str
     bound: str
     measured: str
-    good: bool
+    good: bool            # nothing speaks against it
+    decided: bool = True  # and noise would not have hidden it
 
 
 def finite(case, technique, images, dropped):
@@ -46,7 +47,7 @@ def drift(case, technique, means, period, bound):
     width = np.hypot(*widths) / levels.mean()
     measured = metrics.drift(levels)
     good = bool(np.isfinite(measured) and abs(measured) <= bound + width and width <= WIDEST)
-    return Row(case, technique, f"drift within {100 * bound:g}%", f"{100 * measured:+.3f}% +- {100 * width:.2g}%", good)
+    return Row(case, technique, f"drift within {100 * bound:g}%", f"{100 * measured:+.3f}% +- {100 * width:.2g}%", good, bool(width <= bound))
 
 
 def flat(case, technique, what, values, bound):

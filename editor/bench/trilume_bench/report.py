@@ -70,6 +70,15 @@ def within(found, bound):
     return True if abs(value) <= bound and width <= bound else None
 
 
+def worst(found, bound):
+    """(text, verdict) of biases by name: the one that speaks most against all of them being within `bound`."""
+    def against(name):
+        return {False: 2, None: 1, True: 0}[within(found[name], bound)], abs(found[name][0])
+
+    name = max(found, key=against)
+    return f"{percents(found[name])} ({name})", within(found[name], bound)
+
+
 def percent(value, digits=2):
     return f"{100 * value:.{digits}f}%"
 

@@ -12,7 +12,7 @@ import numpy as np
 from .. import metrics
 from .. import report as draw
 from ..bench import Job
-from ..report import number, percent, percents, within
+from ..report import number, percent, percents
 
 CLASSES = ("direct", "caustic", "indirect", "emission")
 FIRST = ("direct", "emission")
@@ -132,30 +132,25 @@ def bias_rows(results, scenes, names, seeds, references):
             yield name, scene, metrics.bias(result.arrays["images"][-1], references[scene]), classes
 
 
-def worst_bias(biases, name, bound):
-    """(text, whether it is within `bound`) of the bias that is farthest beyond its interval."""
-    found, where = max(((b[2], b[1]) for b in biases if b[0] == name), key=lambda b: (abs(b[0][0]) - b[0][1], abs(b[0][0])))
-    return f"{percents(found)} ({where})", within(found, bound)
-
-
 def targets(curves, biases, results, scenes, names, offline):
     rows = []
+    overall = {n: {s: found for other, s, found, _ in biases if other == n} for n in names}
     for name in names:
         if not TECHNIQUES[name].unbiased:
             continue
-        rows.append((f"`{name}` mean against the independent reference", "within 0.2%", *worst_bias(biases, name, 0.002)))
+        rows.append((f"`{name}` mean against the independent reference", "within 0.2%", *draw.worst(overall[name], 0.002)))
         slopes = [c.slope() for s in scenes for c in curves[name, s]]
         decades = min(d for _, d in slopes)
         off = max(slopes, key=lambda s: abs(s[0] + 1))[0]
         rows.append((f"`{name}`: exponent of MSE over samples", "-1 over 3 decades",
                      f"{off:.2f}, farthest of {len(slopes)}, over {decades:.1f} decades",
                      None if decades < 2.9 else abs(off + 1) < 0.1))
-    for name, overall in (("hybrid", 0.01), ("hybrid_final", 0.005)):
+    for name, bound in (("hybrid", 0.01), ("hybrid_final", 0.005)):
         if name in names:
-            rows.append((f"`{name}` signed bias, overall", f"within {percent(overall, 1)}", *worst_bias(biases, name, overall)))
-            per_class = [(name, f"{c}, {scene}", found) for n, scene, _, classes in biases if n == name
-                         for c, found in classes.items()]
-            rows.append((f"`{name}` signed bias, per path class", "within 3%", *worst_bias(per_class, name, 0.03)))
+            rows.append((f"`{name}` signed bias, overall", f"within {percent(bound, 1)}", *draw.worst(overall[name], bound)))
+            classes = {f"{c}, {scene}": found for other, scene, _, by_class in biases if other == name
+                       for c, found in by_class.items()}
+            rows.append((f"`{name}` signed bias, per path class", "within 3%", *draw.worst(classes, 0.03)))
     if offline and "hybrid" in names:
         for seconds in EQUAL_TIMES:
             pairs = [(curves["hybrid", s][0].at(seconds), curves["mitsuba", s][0].at(seconds), s) for s in scenes]
