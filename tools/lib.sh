@@ -10,14 +10,19 @@ step() {
   echo "   $name: $((SECONDS - start)) s"
 }
 
+# configure_preset PRESET CACHE-ENTRY...
+configure_preset() {
+  cmake --preset "$1" -Wno-dev "${@:2}" >"build/configure-$1.log" 2>&1 ||
+    { tail -n 30 "build/configure-$1.log" >&2; return 1; }
+}
+
 # build_preset PRESET CACHE-ENTRIES TARGETS: words in one string each; no targets: all.
 build_preset() {
-  local preset=$1 entries targets
+  local entries targets
   read -ra entries <<<"$2"
   read -ra targets <<<"$3"
-  cmake --preset "$preset" -Wno-dev "${entries[@]}" >"build/configure-$preset.log" 2>&1 ||
-    { tail -n 30 "build/configure-$preset.log" >&2; return 1; }
-  cmake --build --preset "$preset" ${targets:+--target "${targets[@]}"}
+  configure_preset "$1" "${entries[@]}" || return 1
+  cmake --build --preset "$1" ${targets:+--target "${targets[@]}"}
 }
 
 mkdir -p build

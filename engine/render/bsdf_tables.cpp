@@ -12,13 +12,7 @@
 namespace trilume {
 namespace {
 
-using namespace shared;
-
 #include "render/bsdf_tables_data.inc"
-
-static_assert(std::size(kGgx[0]) == kGgxSize * kGgxSize);
-static_assert(std::size(kCoated[0]) == kCoatRoughnesses * kCoatedSize * kCoatedSize);
-static_assert(std::size(kDielectricLost) == kDielectricEtas * kDielectricSize * kDielectricSize);
 
 /// A function of the cosine: its values in equal steps of sqrt(cosine) over [0, 1], linear in between as in the
 /// shaders.
@@ -58,6 +52,11 @@ uint32_t bits(double value) { return std::bit_cast<uint32_t>(float(value)); }
 } // namespace
 
 std::vector<uint32_t> bsdfTables() {
+    using namespace shared;
+    static_assert(std::size(kGgx[0]) == kGgxSize * kGgxSize);
+    static_assert(std::size(kCoated[0]) == kCoatRoughnesses * kCoatedSize * kCoatedSize);
+    static_assert(std::size(kDielectricLost) == kDielectricEtas * kDielectricSize * kDielectricSize);
+
     std::vector<uint32_t> words;
     words.reserve(kBsdfTableWords);
 
