@@ -1,3 +1,4 @@
+import os
 import sys
 from pathlib import Path
 
@@ -8,6 +9,12 @@ for folder in (HERE, HERE / "references", HERE / "image", HERE.parent / "editor"
     sys.path.insert(0, str(folder))
 
 import harness  # noqa: E402
+import report  # noqa: E402
+
+
+def pytest_configure():
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        report.clear()
 
 
 @pytest.fixture(scope="session")
@@ -19,5 +26,8 @@ def command():
 
 @pytest.fixture(scope="session")
 def render(command, tmp_path_factory):
-    """A harness.Renderer."""
-    return harness.Renderer(tmp_path_factory.mktemp("render"))
+    """A harness.Renderer, whose folder all processes of this run share."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "renders"
+    folder.mkdir(exist_ok=True)
+    return harness.Renderer(folder)

@@ -1,13 +1,17 @@
 """Runs the `trilume` command for tests, and writes the stages that they need."""
 
+import fcntl
+import hashlib
 import json
 import os
+import pickle
 import re
 import signal
 import subprocess
 import tempfile
 import time
-from dataclasses import dataclass, field
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -73,10 +77,10 @@ def interrupt(process, timeout=60):
 
 
 class Renderer:
-    """`render(stage, *options)`: one image and its stats. Equal calls are rendered once per test session."""
+    """`render(stage, *options)`: one image and its stats. Equal calls are rendered once, whichever process asks."""
 
     def __init__(self, folder):
-        self.folder, self.known = Path(folder), {}
+        self.folder = Path(folder)
 
     def __call__(self, stage, *options, size=None, env=None, aovs=()):
         """stage: a path or the name of a content stage; size: (width, height) in pixels, default SIZE.
@@ -86,10 +90,20 @@ class Renderer:
         """
         width, height = size or SIZE
         stage = find_stage(stage)
-        key = (stage, options, width, height, tuple(aovs), tuple(sorted((env or {}).items())))
-        if key not in self.known:
-            self.known[key] = self._render(stage, options, width, height, env, aovs)
-        return self.known[key]
+        with self._kept((stage, options, width, height, tuple(sorted((env or {}).items())))) as file:
+            kept = pickle.loads(file.read_bytes()) if file.exists() else None
+            if kept is None or not set(aovs) <= kept.aovs.keys():
+                kept = self._render(stage, options, width, height, env, aovs)
+                file.write_bytes(pickle.dumps(kept))
+        return replace(kept, aovs={name: kept.aovs[name] for name in aovs})
+
+    @contextmanager
+    def _kept(self, key):
+        """The file for the run of that key, while no other process looks at it."""
+        file = self.folder / hashlib.sha256(repr(key).encode()).hexdigest()
+        with open(file.with_suffix(".lock"), "w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            yield file
 
     def _render(self, stage, options, width, height, env, aovs):
         with tempfile.TemporaryDirectory(dir=self.folder) as folder:

@@ -29,18 +29,17 @@ ENTRY = """<h2>{title}</h2>
 """
 
 
-class Report:
-    def __init__(self):
-        shutil.rmtree(FOLDER, ignore_errors=True)
-        self.entries = []
+def clear():
+    shutil.rmtree(FOLDER, ignore_errors=True)
 
-    def add(self, title, image, reference, facts):
-        """Writes the three pictures and the page anew, so that it is there even when the run is cut short."""
-        FOLDER.mkdir(parents=True, exist_ok=True)
-        name = f"{len(self.entries):03d}"
-        metrics.write_png(FOLDER / f"{name}.reference.png", metrics.to_display(reference))
-        metrics.write_png(FOLDER / f"{name}.result.png", metrics.to_display(image))
-        metrics.write_png(FOLDER / f"{name}.difference.png", metrics.difference(image, reference))
-        self.entries.append(ENTRY.format(title=html.escape(title), facts=html.escape("; ".join(facts)), name=name))
-        page = PAGE.format(width=SHOWN_WIDTH, count=len(self.entries), entries="\n".join(self.entries))
-        (FOLDER / "index.html").write_text(page)
+
+def add(name, title, image, reference, facts):
+    """Writes the three pictures and the page anew, so that it is there even when the run is cut short."""
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    metrics.write_png(FOLDER / f"{name}.reference.png", metrics.to_display(reference))
+    metrics.write_png(FOLDER / f"{name}.result.png", metrics.to_display(image))
+    metrics.write_png(FOLDER / f"{name}.difference.png", metrics.difference(image, reference))
+    entry = ENTRY.format(title=html.escape(title), facts=html.escape("; ".join(facts)), name=name)
+    (FOLDER / f"{name}.entry").write_text(entry)
+    entries = [file.read_text() for file in sorted(FOLDER.glob("*.entry"))]
+    (FOLDER / "index.html").write_text(PAGE.format(width=SHOWN_WIDTH, count=len(entries), entries="\n".join(entries)))

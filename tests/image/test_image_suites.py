@@ -9,7 +9,7 @@ on the mean of the seeds' images:
     significance  chance that a correct renderer fails the test of local bias: Student's t of the mean residual of each
                   block of pixels and channel, corrected for their number
 
-A suite marked `full` runs with TRILUME_FULL=1 only. `pytest -s` shows what was measured.
+What is marked `full`, a suite or an image, runs with TRILUME_FULL=1 only. `pytest -s` shows what was measured.
 """
 
 import json
@@ -17,9 +17,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from report import Report
 
 import harness
+import report
 from trilume_bench import metrics
 
 HERE = Path(__file__).resolve().parent
@@ -29,23 +29,18 @@ BLOCK = harness.SIZE[1] // 6  # pixels
 def cases():
     for file in sorted(HERE.glob("*.json")):
         suite = json.loads(file.read_text())
-        if suite.get("full") and not harness.FULL:
-            continue
-        shared = {k: v for k, v in suite.items() if k not in ("description", "full", "images", "tolerance", "flags")}
+        shared = {k: v for k, v in suite.items() if k not in ("description", "images", "tolerance", "flags")}
         for image in suite["images"]:
             case = {**shared, "reference": image["stage"], **image}
+            if case.get("full") and not harness.FULL:
+                continue
             case["flags"] = suite["flags"] + image.get("flags", [])
             case["tolerance"] = {**suite["tolerance"], **image.get("tolerance", {})}
             yield pytest.param(case, id=f"{file.stem}-{case['stage']}-{case['reference']}")
 
 
-@pytest.fixture(scope="module")
-def report():
-    return Report()
-
-
 @pytest.mark.parametrize("case", cases())
-def test_image(case, render, report):
+def test_image(case, render, request):
     images = render.seeds(case["stage"], "-t", case["technique"], "--spp", case["spp"], *case["flags"],
                           count=case["seeds"], aovs=case.get("aovs", ()))
     reference = harness.reference(case["reference"])
@@ -53,7 +48,7 @@ def test_image(case, render, report):
     title = f"{case['stage']}, {case['technique']}, {case['seeds']} x {case['spp']} spp"
     print(f"{title}: {'; '.join(facts)}")
     if not good:
-        report.add(title, images.mean(axis=0), reference.image, facts)
+        report.add(request.node.callspec.id, title, images.mean(axis=0), reference.image, facts)
     assert good, f"{title}: {'; '.join(facts)}: see {harness.BUILD}/test-report/index.html"
 
 
