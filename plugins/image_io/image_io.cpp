@@ -95,6 +95,22 @@ std::vector<Value> toRgba(const std::vector<Value>& values, int channels, Value 
 /// IEC 61966-2-1.
 float linearFromSrgb(float x) { return x <= 0.04045f ? x / 12.92f : std::pow((x + 0.055f) / 1.055f, 2.4f); }
 
+/// `wrapmodes`, OpenImageIO's metadata for both directions: "black,periodic". Without it black, by which UsdUVTexture
+/// and Hydra understand that the file has no opinion.
+std::array<Wrap, 2> wrapsOf(const OIIO::ImageSpec& spec) {
+    const std::string both = spec.get_string_attribute("wrapmodes", "black");
+    const size_t comma = both.find(',');
+    std::array<Wrap, 2> wraps{};
+    for (size_t i = 0; i < 2; ++i) {
+        const std::string one = comma == both.npos ? both : i == 0 ? both.substr(0, comma) : both.substr(comma + 1);
+        wraps[i] = one == "periodic" ? Wrap::Repeat
+                   : one == "clamp"  ? Wrap::Clamp
+                   : one == "mirror" ? Wrap::Mirror
+                                     : Wrap::Black;
+    }
+    return wraps;
+}
+
 } // namespace
 
 void writeImageFile(const std::filesystem::path& path, const ImageData& image) {
@@ -117,6 +133,9 @@ Texture readTextureFile(const std::filesystem::path& path, ColorSpace colorSpace
     Texture texture{.name = path.string(),
                     .width = static_cast<uint32_t>(input->spec().width),
                     .height = static_cast<uint32_t>(input->spec().height)};
+    const std::array<Wrap, 2> wraps = wrapsOf(input->spec());
+    texture.wrapS = wraps[0];
+    texture.wrapT = wraps[1];
     const bool bytes = input->spec().format == OIIO::TypeDesc::UINT8;
     const bool srgb = colorSpace == ColorSpace::Srgb || (colorSpace == ColorSpace::Auto && bytes && channels >= 3);
     if (bytes) {

@@ -41,7 +41,8 @@ std::optional<Primvar<T>> primvarFrom(const py::object& value) {
     return Primvar<T>{viewOf<T>(tuple[0]), interpolationFrom(tuple[1].cast<std::string>()), viewOf<int>(tuple[2])};
 }
 
-Wrap wrapFrom(const std::string& name) {
+std::optional<Wrap> wrapFrom(const std::string& name) {
+    if (name == "file") return std::nullopt;
     if (name == "clamp") return Wrap::Clamp;
     if (name == "mirror") return Wrap::Mirror;
     return name == "black" ? Wrap::Black : Wrap::Repeat;

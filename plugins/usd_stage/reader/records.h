@@ -5,13 +5,16 @@
 #include "scene/components.h"
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 
 namespace trilume::usd {
 
 /// Finds or loads the texture of a `network.Texture` record; None when it can't be read.
-using FindTexture = std::function<TextureId(const std::string& file, ColorSpace, Wrap s, Wrap t)>;
+/// Without a wrap, what the file says.
+using FindTexture =
+    std::function<TextureId(const std::string& file, ColorSpace, std::optional<Wrap> s, std::optional<Wrap> t)>;
 
 /// Views of a mesh record's arrays. Keeps the arrays alive; the lock must be held when it dies.
 struct MeshRecord {

@@ -312,13 +312,14 @@ void StageSource::setTime(double timeCode) {
     }
 }
 
-TextureId StageSource::findTexture(const std::string& file, ColorSpace space, Wrap s, Wrap t) {
+TextureId StageSource::findTexture(const std::string& file, ColorSpace space, std::optional<Wrap> s,
+                                   std::optional<Wrap> t) {
     const auto [entry, isNew] = textures_.try_emplace({file, space, s, t}, TextureId::None);
     if (!isNew) return entry->second;
     try {
         Texture texture = readTexture_(file, space);
-        texture.wrapS = s;
-        texture.wrapT = t;
+        texture.wrapS = s.value_or(texture.wrapS);
+        texture.wrapT = t.value_or(texture.wrapT);
         entry->second = placeTexture(std::move(texture));
     } catch (const Error& e) {
         log::warning("{}: {}: {}: a constant is used", scene_.path, e.where(), e.problem());

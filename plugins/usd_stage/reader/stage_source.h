@@ -63,7 +63,7 @@ private:
     Entity createCopy(const Placement& placement, std::string name);
     void assignComponent(const Asset& asset, const Placement& placement, Entity entity);
     glm::dmat4 localTransform(const Asset& asset, const glm::dmat4& stageFromLocal) const;
-    TextureId findTexture(const std::string& file, ColorSpace space, Wrap s, Wrap t);
+    TextureId findTexture(const std::string& file, ColorSpace space, std::optional<Wrap> s, std::optional<Wrap> t);
     TextureId placeTexture(Texture texture);
     void releaseTextures();
     void logWarnings();
@@ -79,7 +79,7 @@ private:
     std::vector<Asset> assets_;
     std::vector<Placement> placements_;
     std::set<std::pair<std::string, std::string_view>> logged_; ///< path and what: numbers change with time
-    std::map<std::tuple<std::string, ColorSpace, Wrap, Wrap>, TextureId> textures_;
+    std::map<std::tuple<std::string, ColorSpace, std::optional<Wrap>, std::optional<Wrap>>, TextureId> textures_;
     std::vector<TextureId> freeTextures_;
     bool texturesAdded_ = false; ///< since the last release
 };

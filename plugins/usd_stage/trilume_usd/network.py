@@ -9,14 +9,16 @@ from .files import find_file
 
 _CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
 _WRAPS = {"periodic": "repeat", "repeat": "repeat", "clamp": "clamp", "mirror": "mirror", "black": "black",
-          "constant": "black"}
+          "constant": "black", "useMetadata": "file"}
 _SPACES = {"sRGB": "srgb", "srgb_texture": "srgb", "srgb": "srgb", "raw": "linear", "lin_rec709": "linear",
            "linear": "linear", "none": "linear"}
 IDENTITY = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0)  # columns: du, dv, offset
 
 
 class Texture(NamedTuple):
-    """texel(channel) * scale + bias at coordinates * st; `constant` stands in when the file cannot be read."""
+    """texel(channel) * scale + bias at coordinates * st; `constant` stands in when the file cannot be read.
+
+    Wraps: repeat, clamp, mirror, black, or `file` for what its metadata says."""
 
     file: Optional[str]
     space: str = "auto"
@@ -130,8 +132,8 @@ class Network:
         if path is None:
             return constant
         return Texture(path, _SPACES.get(str(self.constant(shader, "sourceColorSpace", "auto")), "auto"),
-                       _WRAPS.get(str(self.constant(shader, "wrapS", "repeat")), "repeat"),
-                       _WRAPS.get(str(self.constant(shader, "wrapT", "repeat")), "repeat"),
+                       _WRAPS.get(str(self.constant(shader, "wrapS", "useMetadata")), "file"),
+                       _WRAPS.get(str(self.constant(shader, "wrapT", "useMetadata")), "file"),
                        _CHANNELS.get(output, -1), self.constant(shader, "scale", (1.0,) * 4),
                        self.constant(shader, "bias", (0.0,) * 4), self._coordinates(shader, "st"), constant)
 
