@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from pxr import Usd, UsdLux
+from pxr import Gf, Usd, UsdGeom, UsdLux
 
 from trilume_bench import metrics
 
@@ -242,6 +242,19 @@ def scaled_emission(stage, path, factor):
         if prim.HasAPI(UsdLux.LightAPI):
             light = UsdLux.LightAPI(prim)
             light.GetIntensityAttr().Set(light.GetIntensityAttr().Get() * factor)
+    copy.GetRootLayer().Export(str(path))
+    return path
+
+
+def scaled_stage(stage, path, factor, by="unit"):
+    """A copy of the stage, its world `factor` times as large, by its unit or by a transform on the root; returns its path."""
+    copy = Usd.Stage.Open(str(find_stage(stage)))
+    if by == "unit":
+        UsdGeom.SetStageMetersPerUnit(copy, factor * UsdGeom.GetStageMetersPerUnit(copy))
+    else:
+        UsdGeom.Xformable(copy.GetPrimAtPath("/World")).AddScaleOp().Set(Gf.Vec3f(factor))
+        # Whether clipping scales with the camera is no matter here.
+        UsdGeom.Camera(copy.GetPrimAtPath("/World/Camera")).GetClippingRangeAttr().Set(Gf.Vec2f(1e-7, 1e9))
     copy.GetRootLayer().Export(str(path))
     return path
 

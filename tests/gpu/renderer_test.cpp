@@ -1,9 +1,8 @@
 // The engine as an application uses it, on scenes made in memory.
-#include "render/renderer.h"
+#include "renderer_fixture.h"
 
 #include "core/error.h"
 
-#include <glm/gtc/matrix_transform.hpp>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,14 +11,10 @@
 namespace trilume {
 namespace {
 
-Engine& engine() {
-    static Engine instance{[] {
-        EngineOptions options;
-        options.device.validation = true;
-        return options;
-    }()};
-    return instance;
-}
+using test::addCamera;
+using test::engine;
+using test::lambert;
+using test::quad;
 
 Mesh boxMesh(float halfSize) {
     Mesh mesh;
@@ -36,24 +31,6 @@ Mesh boxMesh(float halfSize) {
     return mesh;
 }
 
-Material lambert(glm::vec3 color, glm::vec3 emission = glm::vec3(0)) {
-    Material m;
-    m.baseColor = color;
-    m.ior = 1;
-    m.emission = emission;
-    return m;
-}
-
-Entity addCamera(Scene& scene, glm::dvec3 position, glm::dvec3 target) {
-    const glm::dmat4 worldFromLocal = glm::inverse(glm::lookAt(position, target, glm::dvec3(0, 1, 0)));
-    const Entity entity = scene.createEntity("/Camera", worldFromLocal);
-    Camera camera;
-    camera.verticalAperture = camera.horizontalAperture;
-    camera.focalLength = camera.horizontalAperture;
-    scene.world.add(entity, camera);
-    return entity;
-}
-
 /// A closed box that emits `emission` and reflects `albedo`, seen from inside.
 void fillFurnace(Scene& scene, float albedo, float emission, double scale = 1, glm::dvec3 at = glm::dvec3(0)) {
     const MaterialId material = scene.addMaterial(lambert(glm::vec3(albedo), glm::vec3(emission)));
@@ -65,11 +42,8 @@ void fillFurnace(Scene& scene, float albedo, float emission, double scale = 1, g
 /// A lamp above a floor, and a ball.
 struct Room {
     Room() {
-        Mesh floor;
-        floor.name = "/Floor";
-        floor.positions = {{-5, 0, -5}, {5, 0, -5}, {5, 0, 5}, {-5, 0, 5}};
-        floor.triangles = {{0, 2, 1}, {0, 3, 2}};
         const MaterialId grey = scene.addMaterial(lambert(glm::vec3(0.5f)));
+        const Mesh floor = quad("/Floor", {-5, 0, -5}, {-5, 0, 5}, {5, 0, 5}, {5, 0, -5});
         scene.world.add(scene.createEntity("/Floor"), MeshInstance{scene.addMesh(floor), {grey}});
         ball = scene.createEntity("/Ball", glm::translate(glm::dmat4(1), {0, 1, 0}));
         scene.world.add(ball, SphereInstance{0.5f, grey});
@@ -211,15 +185,12 @@ TEST_F(RendererTest, NormalMapsFollowMirroredTextureCoordinates) {
         texture.rgba32f = {0, 0.6f * lean, 0.8f, 1};
         Material m = lambert(glm::vec3(0.5f));
         m.normalMap.texture = scene.addTexture(texture);
-        Mesh quad;
-        quad.name = "/Quad";
-        quad.positions = {{-9, 0, 9}, {9, 0, 9}, {9, 0, -9}, {-9, 0, -9}}; // faces +y; t along -z
-        quad.triangles = {{0, 1, 2}, {0, 2, 3}};
+        Mesh floor = quad("/Floor", {-9, 0, 9}, {9, 0, 9}, {9, 0, -9}, {-9, 0, -9}); // t along -z
         const float s0 = mirroredTexture ? 1 : 0, s1 = 1 - s0;
-        quad.uvs = {{s0, 0}, {s1, 0}, {s1, 1}, {s0, 0}, {s1, 1}, {s0, 1}};
+        floor.uvs = {{s0, 0}, {s1, 0}, {s1, 1}, {s0, 0}, {s1, 1}, {s0, 1}};
         const glm::dvec3 scale(mirroredInstance ? -1 : 1, 1, 1);
         scene.world.add(scene.createEntity("/Quad", glm::scale(glm::dmat4(1), scale)),
-                        MeshInstance{scene.addMesh(quad), {scene.addMaterial(m)}});
+                        MeshInstance{scene.addMesh(floor), {scene.addMaterial(m)}});
         Light sun; // from above and -z
         sun.kind = LightKind::Distant;
         scene.world.add(scene.createEntity("/Sun", glm::rotate(glm::dmat4(1), glm::radians(-135.0), {1, 0, 0})), sun);
@@ -254,14 +225,7 @@ void expectLightSamplesAreUnbiased(Scene& scene) {
     EXPECT_LT(std::abs(means[1] - means[0]), 4.5 * std::sqrt(variance) / (32 * 24)) << means[1] << ", " << means[0];
 }
 
-Mesh quadMesh(float halfSize) {
-    Mesh mesh;
-    mesh.name = "/Quad";
-    mesh.positions = {
-        {-halfSize, 0, -halfSize}, {halfSize, 0, -halfSize}, {halfSize, 0, halfSize}, {-halfSize, 0, halfSize}};
-    mesh.triangles = {{0, 1, 2}, {0, 2, 3}}; // faces -y
-    return mesh;
-}
+Mesh quadMesh(float r) { return quad("/Quad", {-r, 0, -r}, {r, 0, -r}, {r, 0, r}, {-r, 0, r}); } // faces -y
 
 TEST_F(RendererTest, EmittersThatAreCutOutEmitByTheirOpacity) {
     Material half = lambert(glm::vec3(0), glm::vec3(5));

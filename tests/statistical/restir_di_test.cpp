@@ -1,10 +1,8 @@
 // ReSTIR DI against ray tracing: in unbiased mode the expected picture is the same, whatever moves, comes or goes from
 // frame to frame, after any number of frames.
-#include "render/renderer.h"
-
+#include "renderer_fixture.h"
 #include "statistics.h"
 
-#include <glm/gtc/matrix_transform.hpp>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,31 +18,10 @@ constexpr int kReferences = 8;
 /// Of any test failing by chance: pictures come out the same in every run, so a pass stays a pass.
 constexpr double kSignificance = 1e-3;
 
-Engine& engine() {
-    static Engine instance{[] {
-        EngineOptions options;
-        options.device.validation = true;
-        return options;
-    }()};
-    return instance;
-}
-
-Mesh quad(const char* name, glm::vec3 a, glm::vec3 b, glm::vec3 c, glm::vec3 d) {
-    Mesh mesh;
-    mesh.name = name;
-    mesh.positions = {a, b, c, d};
-    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-    mesh.deforming = true;
-    return mesh;
-}
-
-Material matte(glm::vec3 color, glm::vec3 emission = glm::vec3(0)) {
-    Material m;
-    m.baseColor = color;
-    m.ior = 1;
-    m.emission = emission;
-    return m;
-}
+using test::addCamera;
+using test::engine;
+using test::lambert;
+using test::quad;
 
 glm::dmat4 at(glm::dvec3 position) { return glm::translate(glm::dmat4(1), position); }
 glm::dmat4 lookingDown(glm::dvec3 position) {
@@ -53,8 +30,10 @@ glm::dmat4 lookingDown(glm::dvec3 position) {
 
 /// A floor, a wall and a ball under lights of every kind.
 struct Room {
+    static constexpr glm::dvec3 kTarget{0, 0.9, 0};
+
     Room() {
-        const MaterialId grey = scene.addMaterial(matte(glm::vec3(0.6f, 0.5f, 0.4f)));
+        const MaterialId grey = scene.addMaterial(lambert(glm::vec3(0.6f, 0.5f, 0.4f)));
         glossy.baseColor = glm::vec3(0.3f);
         glossy.roughness = 0.3f;
         const MaterialId shiny = scene.addMaterial(glossy);
@@ -64,7 +43,9 @@ struct Room {
         scene.world.add(
             scene.createEntity("/Wall"),
             MeshInstance{scene.addMesh(quad("/Wall", {-4, 0, -2}, {4, 0, -2}, {4, 5, -2}, {-4, 5, -2})), {grey}});
-        curtainMesh = scene.addMesh(quad("/Curtain", {-1.6f, 0, 0}, {-0.8f, 0, 0}, {-0.8f, 2, 0}, {-1.6f, 2, 0}));
+        Mesh curtain = quad("/Curtain", {-1.6f, 0, 0}, {-0.8f, 0, 0}, {-0.8f, 2, 0}, {-1.6f, 2, 0});
+        curtain.deforming = true;
+        curtainMesh = scene.addMesh(curtain);
         scene.world.add(scene.createEntity("/Curtain"), MeshInstance{curtainMesh, {grey}});
         ball = scene.createEntity("/Ball", at({0.3, 0.6, 0}));
         scene.world.add(ball, SphereInstance{0.6f, shiny});
@@ -93,21 +74,15 @@ struct Room {
         glow = scene.createEntity("/Glow", at({0, 1.8, -1.9}));
         scene.world.add(glow, MeshInstance{scene.addMesh(quad("/Glow", {-0.5f, 0, 0}, {0.5f, 0, 0}, {0.5f, 0.3f, 0},
                                                               {-0.5f, 0.3f, 0})),
-                                           {scene.addMaterial(matte(glm::vec3(0), glm::vec3(4, 4, 1)))}});
-        camera = scene.createEntity("/Camera", cameraAt({0.5, 2, 6}));
-        Camera lens;
-        lens.verticalAperture = lens.horizontalAperture;
-        lens.focalLength = lens.horizontalAperture;
-        scene.world.add(camera, lens);
+                                           {scene.addMaterial(lambert(glm::vec3(0), glm::vec3(4, 4, 1)))}});
+        camera = addCamera(scene, {0.5, 2, 6}, kTarget);
     }
     Entity addLight(const char* name, const Light& light, const glm::dmat4& place) {
         const Entity entity = scene.createEntity(name, place);
         scene.world.add(entity, light);
         return entity;
     }
-    static glm::dmat4 cameraAt(glm::dvec3 position) {
-        return glm::inverse(glm::lookAt(position, glm::dvec3(0, 0.9, 0), glm::dvec3(0, 1, 0)));
-    }
+    static glm::dmat4 cameraAt(glm::dvec3 position) { return test::cameraAt(position, kTarget); }
     void place(Entity entity, const glm::dmat4& m) { scene.world.modify<LocalTransform>(entity)->parentFromLocal = m; }
     void show(Entity entity, bool visible) {
         if (!scene.world.find<Visibility>(entity)) scene.world.add(entity, Visibility{});

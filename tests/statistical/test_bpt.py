@@ -10,7 +10,7 @@ import bpt_stages
 import harness
 from trilume_bench import metrics
 from harness import CLASSES
-from test_pathtrace import CAMERA_INSIDE, INSIDE_OUT_CUBE, scaled
+from test_pathtrace import CAMERA_INSIDE, INSIDE_OUT_CUBE
 
 BPT = ("-t", "bpt")
 
@@ -123,7 +123,7 @@ def test_same_seed_same_image_on_any_number_of_threads(render):
 def test_scaled_stage_gives_the_same_image(render, tmp_path, factor):
     """A factor that is no power of two rounds differently; a path in a few thousand then goes another way."""
     flags = (*BPT, "--spp", 16, "--seed", 5)
-    image = render(scaled("cornell_glass", tmp_path, factor, "transform"), *flags).image
+    image = render(harness.scaled_stage("cornell_glass", tmp_path / "scaled.usda", factor, "transform"), *flags).image
     expected = render("cornell_glass", *flags).image
     assert np.isclose(image, expected, rtol=1e-3, atol=1e-5).all(axis=2).mean() > 0.9
     assert np.median(np.abs(image / np.maximum(expected, 1e-9) - 1)) < 1e-4

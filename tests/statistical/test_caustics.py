@@ -169,10 +169,7 @@ def test_same_seed_same_image_on_any_number_of_threads(render):
 
 @pytest.mark.parametrize("factor", [1e-5, 1e5])
 def test_emission_scales_the_image(render, tmp_path, factor):
-    path = tmp_path / "scaled.usda"
-    text = harness.find_stage("cornell_glass").read_text()
-    assert "inputs:intensity = 80\n" in text
-    path.write_text(text.replace("inputs:intensity = 80\n", f"inputs:intensity = {80 * factor}\n"))
+    path = harness.scaled_emission("cornell_glass", tmp_path / "scaled.usda", factor)
     flags = (*CAUSTICS, "--spp", 4)
     plain, scaled = (caustic(render, s, *flags, count=1)[0] for s in ("cornell_glass", path))
     assert plain.max() > 0
@@ -182,10 +179,7 @@ def test_emission_scales_the_image(render, tmp_path, factor):
 @pytest.mark.parametrize("factor", [1e-3, 1e3])
 def test_stage_scales_without_effect(render, tmp_path, factor):
     """Photons land at the same places of a stage of any size, but for those that rounding sends elsewhere."""
-    path = tmp_path / "scaled.usda"
-    text = harness.find_stage("cornell_glass").read_text()
-    text = text.replace("metersPerUnit = 1\n", f"metersPerUnit = {factor}\n")
-    path.write_text(text)
+    path = harness.scaled_stage("cornell_glass", tmp_path / "scaled.usda", factor)
     flags = (*CAUSTICS, "--spp", 4)
     plain, scaled = (caustic(render, s, *flags, count=1)[0] for s in ("cornell_glass", path))
     close = np.isclose(scaled, plain, rtol=1e-3, atol=1e-5).all(axis=2)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdGeom
+from pxr import Usd, UsdGeom
 
 import harness
 from trilume_bench import metrics
@@ -168,27 +168,13 @@ def test_seeds_are_independent(render):
     assert abs(np.corrcoef(relative)[0, 1]) < 5 / np.sqrt(a.size)
 
 
-def scaled(name, folder, factor, by):
-    """A copy of a content stage, its world `factor` times as large, by its unit or by a transform on the root."""
-    stage = Usd.Stage.Open(str(harness.find_stage(name)))
-    if by == "unit":
-        UsdGeom.SetStageMetersPerUnit(stage, factor)
-    else:
-        UsdGeom.Xformable(stage.GetPrimAtPath("/World")).AddScaleOp().Set(Gf.Vec3f(factor))
-        # Whether clipping scales with the camera is no matter here.
-        UsdGeom.Camera(stage.GetPrimAtPath("/World/Camera")).GetClippingRangeAttr().Set(Gf.Vec2f(1e-7, 1e9))
-    path = folder / f"{name}_{by}_{factor:g}.usda"
-    stage.GetRootLayer().Export(str(path))
-    return path
-
-
 @pytest.mark.parametrize("by", ["unit", "transform"])
 @pytest.mark.parametrize("factor", [1e-3, 1e3])
 @pytest.mark.parametrize("name", ["cornell_light_sphere", "cornell_glass"])
 def test_scaled_stage_gives_the_same_image(render, tmp_path, name, factor, by):
     """A factor that is no power of two rounds differently; a path in a few thousand then goes another way."""
     flags = (*PATHTRACE, "--spp", 16, "--seed", 5)
-    image = render(scaled(name, tmp_path, factor, by), *flags).image
+    image = render(harness.scaled_stage(name, tmp_path / "scaled.usda", factor, by), *flags).image
     expected = render(name, *flags).image
     assert np.isclose(image, expected, rtol=1e-3, atol=1e-5).all(axis=2).mean() > 0.97
     assert np.median(np.abs(image / np.maximum(expected, 1e-9) - 1)) < 1e-4

@@ -71,10 +71,7 @@ def test_scaled_emission_scales_the_image(render, tmp_path, factor):
 
 @pytest.mark.parametrize("factor", [1e-3, 1e3])
 def test_scaled_stage_gives_the_same_image(render, tmp_path, factor):
-    stage = Usd.Stage.Open(str(harness.find_stage("maze")))
-    UsdGeom.SetStageMetersPerUnit(stage, factor)
-    path = tmp_path / "scaled.usda"
-    stage.GetRootLayer().Export(str(path))
+    path = harness.scaled_stage("maze", tmp_path / "scaled.usda", factor)
     flags = (*REUSE, "--spp", 64, "--seed", 5)
     assert render(path, *flags).image.mean() == pytest.approx(render("maze", *flags).image.mean(), rel=0.02)
 
