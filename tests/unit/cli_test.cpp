@@ -167,7 +167,7 @@ TEST(Stats, JsonHoldsTheContract) {
     EXPECT_EQ(json["tracer"], "query");
     const auto& f = json["frames"].at(0);
     EXPECT_EQ(keysOf(f), (std::vector<std::string>{"accel", "frame", "memory_bytes", "ms", "nodes", "nonfinite",
-                                                   "photons", "probes", "rays", "spp", "unowned"}));
+                                                   "photons", "probes", "rays", "spp", "unowned", "warmup_ms"}));
     EXPECT_EQ(keysOf(f["accel"]), (std::vector<std::string>{"blas_built", "blas_refit", "tlas_built"}));
     EXPECT_EQ(keysOf(f["probes"]), (std::vector<std::string>{"active", "total", "updated"}));
     EXPECT_EQ(keysOf(f["nodes"].at(0)), (std::vector<std::string>{"ms", "name", "reason", "state"}));
