@@ -16,6 +16,8 @@ from ..report import percent
 TECHNIQUES = ("hybrid", "reference", "bpt", "restir")
 SIZE = (64, 36)
 SOAK_SIZE = (32, 18)
+# Few probes, updated by few rays, so that ten thousand frames pass in minutes.
+SOAK_OPTIONS = {"hybrid": ("--set", "ddgi.probes=512", "--set", "ddgi.budget=4096")}
 # A dim lamp, so that next to nothing is clipped, steps to four times its radiance at one frame, and all is at rest again.
 STEP, STEP_FRAMES = 16, 64
 RESPONDING = ("restir", "ddgi_restir", "hybrid")
@@ -131,8 +133,9 @@ def jobs(bench):
             if technique == "hybrid" or not quick:
                 # The whole ten thousand where history is kept; the others' frames don't know of each other.
                 count = frames if technique in ("hybrid", "restir") else frames // 10
-                result["soak", technique, 0] = Job("soak", count * (0.06 if technique == "hybrid" else 0.02), {
-                    "stage": str(path), "technique": technique, "size": SOAK_SIZE, "frames": count, "seed": seed})
+                result["soak", technique, 0] = Job("soak", count * (0.03 if technique == "hybrid" else 0.02), {
+                    "stage": str(path), "technique": technique, "size": SOAK_SIZE, "frames": count, "seed": seed,
+                    "options": SOAK_OPTIONS.get(technique, ())})
     return result
 
 
