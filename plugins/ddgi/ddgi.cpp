@@ -12,6 +12,7 @@ namespace {
 constexpr uint32_t kGroupSize = 64;
 constexpr uint32_t kBounceRays = 16;
 constexpr uint32_t kPlacingRounds = 4;  // a probe in a corner leaves it through three walls
+constexpr uint32_t kFirstRounds = 3;    // of means, in the first frame
 constexpr uint32_t kFollowFrames = 32;  // after a change of the scene, for which probes get the whole budget
 constexpr uint32_t kSettledDivisor = 8; // of the budget, afterwards
 
@@ -94,7 +95,7 @@ void DdgiNode::execute(graph::FrameContext& context) {
         for (uint32_t i = 0; i < kPlacingRounds; ++i) updateProbes(context, shared::kProbeUpdateMoved);
         for (int64_t bounce = context.params.getInt("ddgi.bounces"); bounce > 0; --bounce)
             updateProbes(context, shared::kProbeUpdateBounce);
-        updateProbes(context, shared::kProbeUpdateActive);
+        for (uint32_t i = 0; i < kFirstRounds; ++i) updateProbes(context, shared::kProbeUpdateActive);
     } else {
         const uint32_t relit = facts.changedLights > 0 ? shared::kProbeUpdateRelit : 0;
         updateProbes(context, changed ? shared::kProbeUpdateChanged | relit : 0);
