@@ -107,7 +107,9 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
     const auto& resources = context.resources;
     gpu::Commands& commands = context.commands;
     const auto whole = static_cast<uint32_t>(context.params.getInt("ddgi.budget"));
-    const uint32_t budget = followFrames_ > 0 ? whole : whole / kSettledDivisor;
+    // An average of many frames is as good as what its probes know.
+    const bool settled = followFrames_ == 0 && context.sampleIndex == 0;
+    const uint32_t budget = settled ? whole / kSettledDivisor : whole;
     const bool bounce = (flags & shared::kProbeUpdateBounce) != 0;
     const bool turns = (flags & ~(shared::kProbeUpdateChanged | shared::kProbeUpdateRelit)) == 0;
 

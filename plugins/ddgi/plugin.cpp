@@ -26,14 +26,14 @@ static void registerPlugin(trilume::Registry& registry) {
                        .unit = "rays",
                        .doc = "Rays in one update of a probe.",
                        .cost = ParamCost::Structural});
-    registry.addParam(
-        {.name = "ddgi.budget",
-         .defaultValue = int64_t{32768},
-         .minimum = 1024,
-         .maximum = 16777216,
-         .unit = "rays",
-         .doc = "Probe rays a frame, shared by the probes that are awake, while something changes; a settled scene "
-                "gets an eighth. Fewer settle more slowly."});
+    registry.addParam({.name = "ddgi.budget",
+                       .defaultValue = int64_t{32768},
+                       .minimum = 1024,
+                       .maximum = 16777216,
+                       .unit = "rays",
+                       .doc =
+                           "Probe rays a frame, shared by the probes that are awake, while something changes or frames "
+                           "are averaged; a settled scene gets an eighth. Fewer settle more slowly."});
     registry.addParam({.name = "ddgi.bounces",
                        .defaultValue = int64_t{16},
                        .minimum = 0,
