@@ -143,17 +143,16 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
     const uint32_t expected = turns ? std::min(probes, 2 * budget / raysPerProbe_ + probes / 16 + 1) : probes;
     commands.dispatch(context.pipeline({"passes/ddgi/select.comp", {}, {}}), update, probes);
     commands.barrier();
-    update.groups = (expected * update.raysPerProbe + kGroupSize - 1) / kGroupSize;
-    commands.dispatch(
-        context.pipeline({"passes/ddgi/trace.comp", {{"TL_CAUSTIC_CACHE", causticCache_ ? "1" : "0"}}, {}}), update,
-        update.groups * kGroupSize);
-    commands.barrier();
-    update.groups = (expected + kGroupSize - 1) / kGroupSize;
-    commands.dispatch(context.pipeline({"passes/ddgi/judge.comp", {}, {}}), update, update.groups * kGroupSize);
-    commands.barrier();
-    update.groups = expected;
-    commands.dispatch(context.pipeline({"passes/ddgi/blend.comp", {}, {}}), update, update.groups * kGroupSize);
-    commands.barrier();
+    const auto run = [&](const char* pass, uint32_t groups, std::vector<std::pair<std::string, std::string>> defines) {
+        update.groups = (groups + shared::kProbeSpread - 1) / shared::kProbeSpread * shared::kProbeSpread;
+        const std::string path = std::string("passes/ddgi/") + pass + ".comp";
+        commands.dispatch(context.pipeline({path, std::move(defines), {}}), update, update.groups * kGroupSize);
+        commands.barrier();
+    };
+    const auto inGroups = [](uint32_t threads) { return (threads + kGroupSize - 1) / kGroupSize; };
+    run("trace", inGroups(expected * update.raysPerProbe), {{"TL_CAUSTIC_CACHE", causticCache_ ? "1" : "0"}});
+    run("judge", inGroups(expected), {});
+    run("blend", expected, {});
 }
 
 void DdgiNode::gather(graph::FrameContext& context) {

@@ -8,7 +8,7 @@
 
 layout(push_constant, scalar) uniform Push { ProbeUpdatePush push; };
 
-#include "scene/bindings.glsl"
+#include "scene/probe_rays.glsl"
 #include "scene/probes.glsl"
 
 layout(local_size_x = 64) in;
@@ -72,7 +72,7 @@ void blendDistances(ProbeVolume volume, ProbeTurn turn, uint firstRay) {
 void main() {
     if (TL_FRAME.width == 0u) return;
     ProbeVolume volume = push.volume.v[0];
-    for (uint entry = gl_WorkGroupID.x; entry < volume.selected; entry += push.groups) {
+    for (uint entry = probePart(gl_WorkGroupID.x, push.groups); entry < volume.selected; entry += push.groups) {
         const ProbeTurn turn = push.turns.v[entry];
         const uint firstRay = entry * push.raysPerProbe;
         if (turn.irradianceWeight > 0.0) blendIrradiance(volume, turn, firstRay);

@@ -8,7 +8,7 @@
 
 layout(push_constant, scalar) uniform Push { ProbeUpdatePush push; };
 
-#include "scene/bindings.glsl"
+#include "scene/probe_rays.glsl"
 #include "scene/probes.glsl"
 
 layout(local_size_x = 64) in;
@@ -173,7 +173,8 @@ void main() {
     const bool bounce = (push.flags & kProbeUpdateBounce) != 0u;
     const bool placing = (push.flags & (kProbeUpdateRestart | kProbeUpdateMoved)) != 0u;
     const uint stride = push.groups * gl_WorkGroupSize.x;
-    for (uint entry = gl_GlobalInvocationID.x; entry < volume.selected; entry += stride) {
+    const uint first = probePart(gl_WorkGroupID.x, push.groups) * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+    for (uint entry = first; entry < volume.selected; entry += stride) {
         ProbeTurn turn = ProbeTurn(push.turns.v[entry].probe, 0.0, 0.0);
         Probe probe = volume.probes.v[turn.probe];
         ++probe.updates;

@@ -30,7 +30,8 @@ void main() {
     if (TL_FRAME.width == 0u) return;
     ProbeVolume volume = push.volume.v[0];
     const uint total = volume.selected * push.raysPerProbe;
-    for (uint i = gl_GlobalInvocationID.x; i < total; i += push.groups * gl_WorkGroupSize.x) {
+    const uint first = probePart(gl_WorkGroupID.x, push.groups) * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+    for (uint i = first; i < total; i += push.groups * gl_WorkGroupSize.x) {
         const uint index = push.turns.v[i / push.raysPerProbe].probe;
         const uint ray = i % push.raysPerProbe;
         const Probe probe = volume.probes.v[index];
