@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The README's pictures: one frame of each technique, with its time and error, as content/images/<stage>_<technique>.jpg.
 
-tools/gallery.py [STAGE] [WIDTH HEIGHT]; prints a table in Markdown. Time is that of one frame after 16 frames of warm-up,
+tools/gallery.py [STAGE] [WIDTH HEIGHT]; prints a table in Markdown. Time is that of a frame after 16 frames of warm-up,
 error that of the frame against a long run of `reference`. Needs a build, and nothing else running.
 """
 
@@ -35,11 +35,11 @@ class Gallery:
         return metrics.read_pfm(linear), json.loads(stats.read_text())["frames"][0]["ms"]
 
     def frame(self, technique):
-        """(image of one frame, milliseconds of one frame): the time is a difference, so that start and warm-up drop out."""
+        """(image of one frame, milliseconds of the frames after it): a difference, so that start and warm-up drop out."""
         times = []
         for _ in range(3):
-            _, many = self.render(technique, "--warmup", str(WARMUP), "--spp", str(FRAMES))
-            image, one = self.render(technique, "--warmup", str(WARMUP), "--spp", "1")
+            _, many = self.render(technique, "--warmup", str(WARMUP + FRAMES - 1))
+            image, one = self.render(technique, "--warmup", str(WARMUP))
             times.append((many - one) / (FRAMES - 1))
         return image, statistics.median(times)
 
