@@ -198,8 +198,16 @@ def mesh(points=SQUARE_POINTS, counts="[4]", indices="[0, 1, 2, 3]", extra="", n
 """
 
 
-def matte(albedo=0.8, emission=0.0, name="Matte"):
-    """Lambert."""
+def material(name, **inputs):
+    """A UsdPreviewSurface. inputs: a colour is a triple, a token text, anything else a number."""
+    def line(key, value):
+        if isinstance(value, str):
+            return f'token inputs:{key} = "{value}"'
+        if isinstance(value, tuple):
+            return f"color3f inputs:{key} = ({', '.join(map(str, value))})"
+        return f"float inputs:{key} = {value}"
+
+    lines = "\n            ".join(line(*item) for item in inputs.items())
     return f"""
     def Material "{name}"
     {{
@@ -207,32 +215,19 @@ def matte(albedo=0.8, emission=0.0, name="Matte"):
         def Shader "Surface"
         {{
             uniform token info:id = "UsdPreviewSurface"
-            color3f inputs:diffuseColor = ({albedo}, {albedo}, {albedo})
-            color3f inputs:emissiveColor = ({emission}, {emission}, {emission})
-            float inputs:ior = 1
-            float inputs:metallic = 0
+            {lines}
             token outputs:surface
         }}
     }}
 """
 
 
-GLASS = """
-    def Material "Glass"
-    {
-        token outputs:surface.connect = </World/Glass/Surface.outputs:surface>
-        def Shader "Surface"
-        {
-            uniform token info:id = "UsdPreviewSurface"
-            color3f inputs:diffuseColor = (1, 1, 1)
-            float inputs:ior = 1.5
-            float inputs:opacity = 0
-            token inputs:opacityMode = "transparent"
-            float inputs:roughness = 0
-            token outputs:surface
-        }
-    }
-"""
+def matte(albedo=0.8, emission=0.0, name="Matte"):
+    """Lambert."""
+    return material(name, diffuseColor=(albedo,) * 3, emissiveColor=(emission,) * 3, ior=1, metallic=0)
+
+
+GLASS = material("Glass", diffuseColor=(1, 1, 1), ior=1.5, opacity=0, opacityMode="transparent", roughness=0)
 
 
 def scaled_emission(stage, path, factor):

@@ -4,6 +4,7 @@
 #include "core/file.h"
 
 #include <CLI/CLI.hpp>
+#include <fmt/ranges.h>
 
 #include <unistd.h>
 
@@ -36,9 +37,10 @@ void putBefore(const char* variable, const std::string& path) {
 
 CLI::App* addBenchCommand(CLI::App& app, BenchArguments& a) {
     CLI::App* c = app.add_subcommand("bench", "Measure time, error and stability; writes a report");
-    c->add_option("SUITE", a.suite, "paper pareto tracer skip scale stability startup")
+    const std::vector<std::string> suites{"paper", "pareto", "tracer", "skip", "scale", "stability", "startup"};
+    c->add_option("SUITE", a.suite, fmt::format("{}", fmt::join(suites, " ")))
         ->required()
-        ->check(CLI::IsMember({"paper", "pareto", "tracer", "skip", "scale", "stability", "startup"}))
+        ->check(CLI::IsMember(suites))
         ->option_text(" ");
     c->add_option(
          "-o,--output", a.output,

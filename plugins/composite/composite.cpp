@@ -8,6 +8,15 @@
 
 namespace trilume {
 
+namespace {
+
+void checkCount(const std::vector<graph::Plane>& planes) {
+    if (planes.size() > shared::kCompositeSignals)
+        throw runError("too many signals", "node composite", "let nodes of one path class share a plane");
+}
+
+} // namespace
+
 void CompositeNode::declare(graph::Builder& builder) {
     signals_.clear();
     aovs_.clear();
@@ -16,8 +25,7 @@ void CompositeNode::declare(graph::Builder& builder) {
             builder.read(plane);
             signals_.push_back(plane);
         }
-    if (signals_.size() > shared::kCompositeSignals)
-        throw runError("too many signals", "node composite", "let nodes of one path class share a plane");
+    checkCount(signals_);
     color_ = builder.createPlane("composite.color", sizeof(glm::vec3));
     sums_ = builder.historyPlane("composite.sums", sizeof(shared::PixelSums));
 
@@ -27,6 +35,7 @@ void CompositeNode::declare(graph::Builder& builder) {
         const graph::Aov& aov = graph::kAovs[i];
         const std::vector<graph::Plane> values = builder.findPlanes(aov.suffix);
         if (values.empty()) continue;
+        checkCount(values);
         for (const graph::Plane plane : values) builder.read(plane);
         const std::string name = "composite.aov." + std::string(aov.name);
         aovs_.push_back({values, builder.historyPlane(name, aov.channels * sizeof(float)), aov.channels});

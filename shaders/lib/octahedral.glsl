@@ -4,7 +4,7 @@
 
 vec2 octahedralFold(vec2 p) { return (1.0 - abs(p.yx)) * vec2(p.x >= 0.0 ? 1.0 : -1.0, p.y >= 0.0 ? 1.0 : -1.0); }
 
-// Unit vector to [-1, 1]^2.
+// Vector of any length but 0 to [-1, 1]^2.
 vec2 octahedralEncode(vec3 n) {
     const vec2 p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
     return n.z >= 0.0 ? p : octahedralFold(p);

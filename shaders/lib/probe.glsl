@@ -20,12 +20,17 @@ vec3 probeNodeDirection(uint node, uint side) {
     return octahedralDecode(p);
 }
 
-// The square that `direction` falls into: its lower left node, and the place in it.
-uint probeSquare(vec3 direction, uint side, out vec2 f) {
+// Four neighbouring nodes of a map, and the place between them.
+struct ProbeSquare {
+    uint node; // the lower left one
+    vec2 f;
+};
+
+// The square that `direction`, of any length but 0, falls into.
+ProbeSquare probeSquare(vec3 direction, uint side) {
     const vec2 p = (octahedralEncode(direction) * 0.5 + 0.5) * float(side - 1u);
     const vec2 base = clamp(floor(p), vec2(0.0), vec2(side - 2u));
-    f = clamp(p - base, vec2(0.0), vec2(1.0));
-    return uint(base.y) * side + uint(base.x);
+    return ProbeSquare(uint(base.y) * side + uint(base.x), clamp(p - base, vec2(0.0), vec2(1.0)));
 }
 
 // The node of axis +x -x +y -y +z -z in the irradiance map.

@@ -4,18 +4,6 @@
 
 #include "lib/probe.glsl"
 
-// Four neighbouring nodes of a map, and the place between them.
-struct ProbeSquare {
-    uint node; // the lower left one
-    vec2 f;
-};
-
-ProbeSquare probeSquareOf(vec3 direction, uint side) {
-    ProbeSquare square;
-    square.node = probeSquare(direction, side, square.f);
-    return square;
-}
-
 vec3 probeMapIrradiance(ProbeVolume volume, uint probe, ProbeSquare square) {
     const uint node = probe * kProbeIrradianceNodes + square.node, above = node + kProbeIrradianceSide;
     const vec3 low = mix(volume.irradiance.v[node], volume.irradiance.v[node + 1u], square.f.x);
@@ -24,7 +12,7 @@ vec3 probeMapIrradiance(ProbeVolume volume, uint probe, ProbeSquare square) {
 
 // Mean and mean square, in spacings. `direction` of any length but 0.
 vec2 probeMapDistance(ProbeVolume volume, uint probe, vec3 direction) {
-    const ProbeSquare square = probeSquareOf(direction, kProbeDistanceSide);
+    const ProbeSquare square = probeSquare(direction, kProbeDistanceSide);
     const uint node = probe * kProbeDistanceNodes + square.node, above = node + kProbeDistanceSide;
     const vec2 low = mix(probeMoments(volume.distances.v[node]), probeMoments(volume.distances.v[node + 1u]), square.f.x);
     const vec2 high =
@@ -73,7 +61,7 @@ vec4 probeCellIrradiance(ProbeVolume volume, vec3 place, vec3 position, vec3 bia
         const float facing = dot(toProbe, geometricNormal) * inversesqrt(max(lengthSquared(toProbe), 1e-12));
         float weight = sqr(0.5 * facing + 0.5) + 0.2;
         const vec3 fromProbe = biased - center;
-        weight *= probeVisibility(probeMapDistance(volume, index, fromProbe), length(fromProbe));
+        weight *= probeVisibility(probeMapDistance(volume, index, fromProbe == vec3(0.0) ? geometricNormal : fromProbe), length(fromProbe));
         if (weight < 0.2) weight *= sqr(weight) / 0.04;
         weight *= probeShare(place, center, others);
         sum += weight * vec4(probeMapIrradiance(volume, index, square), 1.0);
@@ -88,7 +76,7 @@ vec4 probeCellIrradiance(ProbeVolume volume, vec3 place, vec3 position, vec3 bia
 // dark.
 vec3 probeIrradiance(ProbeVolumeRef reference, vec3 position, vec3 geometricNormal, vec3 normal, vec3 wo, bool back) {
     ProbeVolume volume = reference.v[0];
-    const ProbeSquare square = probeSquareOf(normal, kProbeIrradianceSide);
+    const ProbeSquare square = probeSquare(normal, kProbeIrradianceSide);
     const vec3 x = (position - volume.origin) / volume.spacing;
     const vec3 biased = x + kProbeNormalBias * geometricNormal + kProbeViewBias * wo;
     const uint required = back ? kProbeActive | kProbeLitBack : kProbeActive;

@@ -12,20 +12,7 @@ CAUSTICS = ("-t", "hybrid", "--denoise", "off", *(o for node in ("restir_di", "d
 # A small picture with many photons.
 MANY = (*CAUSTICS, "--set", "caustics.photonsPerPixel=64")
 
-MIRROR_AND_GLASS = harness.GLASS + """
-    def Material "Mirror"
-    {
-        token outputs:surface.connect = </World/Mirror/Surface.outputs:surface>
-        def Shader "Surface"
-        {
-            uniform token info:id = "UsdPreviewSurface"
-            color3f inputs:diffuseColor = (0.9, 0.8, 0.7)
-            float inputs:metallic = 1
-            float inputs:roughness = 0
-            token outputs:surface
-        }
-    }
-"""
+MIRROR_AND_GLASS = harness.GLASS + harness.material("Mirror", diffuseColor=(0.9, 0.8, 0.7), metallic=1, roughness=0)
 
 
 def placed(text, translate="(0, 0, 0)", rotate="(0, 0, 0)", scale="(1, 1, 1)"):

@@ -12,9 +12,9 @@ layout(push_constant, scalar) uniform Push { ProbeUpdatePush push; };
 layout(local_size_x = 64) in;
 
 const uint kSentinelPeriod = 128u; // rounds between two updates of a sleeping probe
-const uint kWatch = 16u;          // updates for which a change of the scene keeps probes awake
-const uint kWatchFresh = 8u;      // and fresh ones
-const uint kMoves = 6u;           // relocations after a change of the scene
+const uint kWatch = 16u;           // updates for which a change of the scene keeps probes awake
+const uint kWatchFresh = 8u;       // and fresh ones
+const uint kMoves = 6u;            // relocations after a change of the scene
 const float kCountAfterChange = 64.0;
 // When a lamp changes, all light does: means follow quickly for a while, at the price of noise.
 const float kCountRelit = 3.0;
