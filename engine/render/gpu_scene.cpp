@@ -2,6 +2,7 @@
 
 #include "core/log.h"
 #include "light/distribution2d.h"
+#include "render/prebuilt_bvh.h"
 
 #include <glm/gtc/matrix_transform.hpp>
 
@@ -127,7 +128,9 @@ void GpuScene::updateMesh(const Mesh& mesh, DeviceMesh& device) {
     if (device.topologyRevision != mesh.topologyRevision) {
         if (std::exchange(device.present, false)) accel_.removeMesh(device.accel);
         if (!mesh.triangles.empty()) {
-            device.accel = accel_.addMesh(mesh.positions, mesh.triangles, mesh.deforming, mesh.name);
+            const std::optional<rt::Bvh> built = builtBvh(mesh);
+            device.accel =
+                accel_.addMesh(mesh.positions, mesh.triangles, mesh.deforming, mesh.name, built ? &*built : nullptr);
             device.present = true;
             if (const uint32_t invalid = accel_.report(device.accel).invalid)
                 log::warning("{}: {} triangles have no place: left out", mesh.name, invalid);

@@ -84,7 +84,7 @@ struct SceneAccel::State {
     }
 
     /// Builds or refits the mesh in `slot`.
-    void place(uint32_t slot, std::span<const glm::vec3> positions, bool mayRefit) {
+    void place(uint32_t slot, std::span<const glm::vec3> positions, bool mayRefit, const Bvh* built = nullptr) {
         const Stopwatch watch;
         Mesh& mesh = meshes[slot];
         const TriangleInput input = triangleBoxes(positions, mesh.triangles, TaskPool::shared());
@@ -95,12 +95,11 @@ struct SceneAccel::State {
         }
         // Refitting keeps the set of triangles.
         mayRefit = mayRefit && mesh.deforming && usable == mesh.usable;
-        const MeshInput from{positions, mesh.triangles, input, mesh.deforming, mesh.name};
+        const MeshInput from{positions, mesh.triangles, input, mesh.deforming, mesh.name, built};
         if (mayRefit && backend->refit(slot, from)) {
             ++stats.blasRefit;
         } else {
-            backend->build(slot, from);
-            ++stats.blasBuilt;
+            stats.blasBuilt += backend->build(slot, from) ? 1 : 0;
         }
         mesh.usable = std::move(usable);
         mesh.report = {input.invalid, input.degenerate};
@@ -119,7 +118,7 @@ SceneAccel::SceneAccel(gpu::Device& device, gpu::Tracer tracer)
 SceneAccel::~SceneAccel() = default;
 
 MeshAccelId SceneAccel::addMesh(std::span<const glm::vec3> positions, std::span<const glm::uvec3> triangles,
-                                bool deforming, std::string_view name) {
+                                bool deforming, std::string_view name, const Bvh* built) {
     uint32_t slot = static_cast<uint32_t>(state_->meshes.size());
     if (state_->freeSlots.empty()) {
         state_->meshes.emplace_back();
@@ -132,7 +131,7 @@ MeshAccelId SceneAccel::addMesh(std::span<const glm::vec3> positions, std::span<
     mesh.name = name;
     mesh.deforming = deforming;
     mesh.alive = true;
-    state_->place(slot, positions, false);
+    state_->place(slot, positions, false, built);
     return {slot};
 }
 

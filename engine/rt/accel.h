@@ -46,6 +46,7 @@ struct AccelStats {
 };
 
 class AccelBackend;
+struct Bvh;
 
 /// All acceleration data of a scene, for the tracer that was chosen and no other. Call it between frames, not while
 /// recording: it uploads and, for the query tracer, submits builds. What frames under way still use stays alive.
@@ -60,9 +61,10 @@ public:
     gpu::Tracer tracer() const { return tracer_; }
 
     /// Builds the structure of one mesh (three corner indices a triangle, local metres). `deforming` keeps what
-    /// refitting needs; `name` appears in errors. Triangles that can't be hit are left out, see report().
+    /// refitting needs; `name` appears in errors. Triangles that can't be hit are left out, see report(). `built`: what
+    /// buildBvh makes of the mesh, to save the compute tracer that work; it isn't checked.
     MeshAccelId addMesh(std::span<const glm::vec3> positions, std::span<const glm::uvec3> triangles, bool deforming,
-                        std::string_view name);
+                        std::string_view name, const Bvh* built = nullptr);
     /// New positions for the same triangles: refits deforming meshes while the expected cost of a ray stays within 1.5
     /// times that of the last build, else builds anew. The addresses may change. Call setInstances afterwards.
     void updateMesh(MeshAccelId id, std::span<const glm::vec3> positions);

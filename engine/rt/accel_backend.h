@@ -13,6 +13,7 @@ struct MeshInput {
     const TriangleInput& usable;
     bool deforming;
     const std::string& name;
+    const Bvh* built; ///< over these triangles at these positions; null: not yet
 };
 
 /// An instance that can be hit.
@@ -28,7 +29,8 @@ public:
     virtual ~AccelBackend() = default;
     /// What was replaced before this may go; what is replaced from here on stays until the next call.
     virtual void beginUpdate() = 0;
-    virtual void build(uint32_t slot, const MeshInput& mesh) = 0;
+    /// False when what was built before serves.
+    virtual bool build(uint32_t slot, const MeshInput& mesh) = 0;
     /// The same triangles with new positions; false, with the slot unchanged in use, when building anew is due.
     virtual bool refit(uint32_t slot, const MeshInput& mesh) = 0;
     virtual void remove(uint32_t slot) = 0;

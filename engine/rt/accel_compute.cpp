@@ -15,13 +15,14 @@ public:
 
     void beginUpdate() override { retired_.clear(); }
 
-    void build(uint32_t slot, const MeshInput& mesh) override {
+    bool build(uint32_t slot, const MeshInput& mesh) override {
         if (slot >= meshes_.size()) meshes_.resize(slot + 1);
         Mesh& m = meshes_[slot];
-        m.bvh = buildBvh(mesh.usable.boxes, {}, TaskPool::shared());
+        m.bvh = mesh.built ? *mesh.built : buildBvh(mesh.usable.boxes, {}, TaskPool::shared());
         m.builtCost = m.bvh.cost;
         upload(m, mesh);
         if (!mesh.deforming) m.bvh = {};
+        return !mesh.built;
     }
 
     bool refit(uint32_t slot, const MeshInput& mesh) override {

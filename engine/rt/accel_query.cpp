@@ -112,13 +112,13 @@ public:
         previousTop_ = {};
     }
 
-    void build(uint32_t slot, const MeshInput& mesh) override {
+    bool build(uint32_t slot, const MeshInput& mesh) override {
         dequeue(slot); // of a structure that goes away
         if (slot >= meshes_.size()) meshes_.resize(slot + 1);
         Mesh& m = meshes_[slot];
         retired_.push_back(std::move(m.structure));
         m = {};
-        if (mesh.usable.usable == 0) return;
+        if (mesh.usable.usable == 0) return true;
         // What can't be hit keeps its number, as a triangle without area.
         std::vector<glm::uvec3> triangles(mesh.triangles.begin(), mesh.triangles.end());
         for (size_t i = 0; i < triangles.size(); ++i) {
@@ -133,6 +133,7 @@ public:
         Build build = meshBuild(m);
         m.structure = make(build, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, mesh.name, m.updateScratch);
         queue(slot, build);
+        return true;
     }
 
     bool refit(uint32_t slot, const MeshInput& mesh) override {

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,8 @@ namespace trilume {
 enum class MeshId : uint32_t { None = ~0u };
 enum class MaterialId : uint32_t { None = ~0u };
 enum class TextureId : uint32_t { None = ~0u };
+
+struct MeshBvh; // scene/mesh_bvh.h
 
 /// Triangles, in the local space of whoever instances them. Scene units are metres after loading.
 struct Mesh {
@@ -27,6 +30,7 @@ struct Mesh {
     bool deforming = false;               ///< positions have time samples: refit rather than rebuild
     uint64_t topologyRevision = 1;        ///< triangles, uvs or counts changed
     uint64_t pointsRevision = 1;          ///< positions or normals changed
+    std::shared_ptr<const MeshBvh> bvh;   ///< built before, for these revisions; none: the tracer builds it
 };
 
 enum class ColorSpace { Linear, Srgb, Auto };
