@@ -43,6 +43,8 @@ public:
     virtual ~SceneSource() = default;
     /// Writes only components and assets whose value at `timeCode` differs from the present one.
     virtual void setTime(double timeCode) = 0;
+    /// In order: where something is said. Between two of them values go smoothly or not at all.
+    virtual std::vector<double> sampleTimes() const = 0;
 };
 
 /// Entities with components, the assets that they name, and where time comes from. World space is Y up, in metres.

@@ -312,6 +312,16 @@ void StageSource::setTime(double timeCode) {
     }
 }
 
+std::vector<double> StageSource::sampleTimes() const {
+    py::gil_scoped_acquire lock;
+    try {
+        return stage_.attr("sample_times")().cast<std::vector<double>>();
+    } catch (const py::error_already_set& e) {
+        throw runError(fmt::format("the stage's time samples can't be read ({})", reasonOf(e)), scene_.path,
+                       "check it with usdchecker");
+    }
+}
+
 TextureId StageSource::findTexture(const std::string& file, ColorSpace space, std::optional<Wrap> s,
                                    std::optional<Wrap> t) {
     const auto [entry, isNew] = textures_.try_emplace({file, space, s, t}, TextureId::None);

@@ -14,7 +14,7 @@ namespace trilume::usd {
 
 /// Turns what the Python side hands out into the scene's assets and entities: all of it once, then what varies.
 /// The numbers of materials, assets and placements are those of the Python `Stage`. Needs the global lock, except for
-/// its destructor and setTime, which take it.
+/// its destructor, setTime and sampleTimes, which take it.
 class StageSource final : public SceneSource {
 public:
     /// `stage`: a trilume_usd.Stage. Fills `scene`, which outlives this.
@@ -22,6 +22,7 @@ public:
     ~StageSource() override;
 
     void setTime(double timeCode) override;
+    std::vector<double> sampleTimes() const override;
     bool varies() const;
 
 private:

@@ -149,6 +149,17 @@ class Stage:
                 [(n, self._read(self.assets[n])) for n in self._varying_assets],
                 [(n, self._sample(self.placements[n])) for n in self._varying_placements])
 
+    @quietly
+    def sample_times(self):
+        """Of all attributes that may vary, in order."""
+        times = set()
+        for root in (self._stage.GetPseudoRoot(), *self._stage.GetPrototypes()):
+            for prim in Usd.PrimRange(root, Usd.PrimAllPrimsPredicate):
+                for attribute in prim.GetAuthoredAttributes():
+                    if attribute.ValueMightBeTimeVarying():
+                        times.update(attribute.GetTimeSamples())
+        return sorted(times)
+
     def _read(self, item):
         try:
             return item.read(self.moment)
