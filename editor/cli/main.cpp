@@ -1,4 +1,5 @@
 #include "bench_command.h"
+#include "cook_command.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "core/version.h"
@@ -41,8 +42,10 @@ int run(int argc, char** argv) {
     RenderArguments renderArguments;
     InfoArguments infoArguments;
     BenchArguments benchArguments;
+    CookArguments cookArguments;
     CLI::App* render = addRenderCommand(app, renderArguments);
     CLI::App* bench = addBenchCommand(app, benchArguments);
+    CLI::App* cook = addCookCommand(app, cookArguments);
     addInfoCommand(app, infoArguments);
     try {
         app.parse(argc, argv);
@@ -55,6 +58,8 @@ int run(int argc, char** argv) {
         runRender(renderArguments);
     else if (bench->parsed())
         runBench(benchArguments);
+    else if (cook->parsed())
+        runCook(cookArguments);
     else
         runInfo(infoArguments);
     return 0;

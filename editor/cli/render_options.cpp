@@ -37,7 +37,9 @@ CLI::Validator numberWithin(double least, double most) {
 
 CLI::App* addRenderCommand(CLI::App& app, RenderArguments& a) {
     CLI::App* c = app.add_subcommand("render", "Render a stage to images");
-    c->add_option("STAGE", a.stage, ".usda .usdc .usd .usdz")->required()->option_text(" ");
+    c->add_option("STAGE", a.stage, ".usda .usdc .usd .usdz, or .tlscene of `trilume cook`")
+        ->required()
+        ->option_text(" ");
     c->add_option("OUTPUT", a.output,
                   ".exr .hdr .pfm (linear Rec. 709), .png .jpg (tone-mapped sRGB); #### is the frame")
         ->required()

@@ -7,6 +7,7 @@
 #include "core/text.h"
 #include "plugin/loader.h"
 #include "plugin/manifest.h"
+#include "scene/snapshot.h"
 
 #include <fmt/core.h>
 
@@ -242,6 +243,7 @@ std::vector<std::string> Registry::Impl::names(const std::map<std::string, T, st
 // ---- for plugins ----
 
 Registry::Registry() : impl_(std::make_unique<Impl>(*this)) {
+    addSceneReader({".tlscene"}, readSnapshot);
     const fs::path home = homeDirectory();
     const fs::path techniques = home / "share/trilume/techniques.json";
     try {

@@ -92,7 +92,8 @@ public:
     std::vector<Technique> techniques() const;
     /// Replaces one of the same name. References to techniques stay valid.
     void addTechnique(Technique technique);
-    /// Throws inputError for a missing file, a directory, an empty file, or an extension nobody reads.
+    /// By extension, whatever its case; .tlscene is built in. Throws inputError for a missing file, a directory, an
+    /// empty file, or an extension nobody reads.
     std::unique_ptr<Scene> readScene(const std::filesystem::path& path);
     /// By extension, whatever its case; .pfm is built in (1 channel as grey, alpha dropped). Not atomic by itself.
     /// Throws inputError for an extension nobody writes.

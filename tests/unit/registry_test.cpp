@@ -252,7 +252,7 @@ TEST_F(RegistryTest, ScenesThatCantBeRead) {
     expectError(read(home_), Fault::Input, "not a file", home_.string(), "folder");
     expectError(read(write("empty.usda", "")), Fault::Input, "the file is empty", "empty.usda", "");
     expectError(read(write("a.obj", "x")), Fault::Input, "nothing reads scenes of this kind", "a.obj",
-                "known are .usda, .usdc");
+                "known are .tlscene, .usda, .usdc");
     expectError(read(write("plain", "x")), Fault::Input, "nothing reads scenes of this kind", "plain", "known are");
     EXPECT_TRUE(registry.plugins()[0].declined.empty()) << "nothing was loaded for these";
 
