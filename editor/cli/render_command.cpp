@@ -186,6 +186,7 @@ void runRender(const RenderArguments& a) {
     View view(engine, *scene, size.width, size.height, a.camera);
     configure(view, a, outputs, technique.name, denoiser);
     stats.startup.pipelinesMs = view.prepare();
+    stats.startup.pipelines = engine.pipelineCosts();
     checkAovs(view, outputs);
     try {
         renderFrames(a, engine, *scene, view, outputs, frames, sinceStart, stats);

@@ -45,8 +45,11 @@ const char* tracerName(gpu::Tracer tracer) {
 }
 
 Json statsJson(const RunStats& stats) {
-    Json frames = Json::array();
+    Json frames = Json::array(), pipelines = Json::array();
     for (const RunStats::Frame& frame : stats.frames) frames.push_back(frameJson(frame));
+    for (const gpu::PipelineCost& p : stats.startup.pipelines)
+        pipelines.push_back(
+            {{"name", p.name}, {"spirv_ms", p.spirvMs}, {"driver_ms", p.driverMs}, {"dispatch_ms", p.dispatchMs}});
     return {
         {"version", TRILUME_VERSION},
         {"device", {{"name", stats.device.name}, {"driver", stats.device.driver}, {"type", stats.device.type}}},
@@ -60,6 +63,7 @@ Json statsJson(const RunStats& stats) {
           {"load", stats.startup.loadMs},
           {"pipelines", stats.startup.pipelinesMs},
           {"first_frame", stats.startup.firstFrameMs}}},
+        {"pipelines", pipelines},
         {"frames", frames},
     };
 }

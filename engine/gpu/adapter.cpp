@@ -3,6 +3,7 @@
 #include "core/error.h"
 #include "core/log.h"
 #include "gpu/result.h"
+#include "gpu/shader_object_extension.h"
 
 #include <algorithm>
 #include <charconv>
@@ -51,13 +52,19 @@ struct FeatureChain {
     VkPhysicalDeviceAccelerationStructureFeaturesKHR accelerationStructure{
         VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR};
     VkPhysicalDeviceRayQueryFeaturesKHR rayQuery{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR};
+    VkPhysicalDeviceShaderObjectFeaturesEXT shaderObject{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SHADER_OBJECT_FEATURES_EXT};
 
-    explicit FeatureChain(bool withRayQuery) {
+    FeatureChain(bool withRayQuery, bool withShaderObject) {
         base.pNext = &v12;
         v12.pNext = &v13;
-        if (!withRayQuery) return;
-        v13.pNext = &accelerationStructure;
-        accelerationStructure.pNext = &rayQuery;
+        if (withRayQuery) {
+            v13.pNext = &accelerationStructure;
+            accelerationStructure.pNext = &rayQuery;
+        }
+        if (withShaderObject) {
+            shaderObject.pNext = v13.pNext;
+            v13.pNext = &shaderObject;
+        }
     }
     FeatureChain(const FeatureChain&) = delete;
     FeatureChain& operator=(const FeatureChain&) = delete;
@@ -132,12 +139,15 @@ Adapter describe(VkPhysicalDevice handle, uint32_t index) {
         return std::ranges::any_of(extensions, [name](const auto& e) { return !std::strcmp(e.extensionName, name); });
     };
     const bool rayExtensions = std::ranges::all_of(kRayQueryExtensions, has);
-    FeatureChain features(rayExtensions);
+    const bool shaderObjects = has(VK_EXT_SHADER_OBJECT_EXTENSION_NAME);
+    FeatureChain features(rayExtensions, shaderObjects);
     vkGetPhysicalDeviceFeatures2(handle, &features.base);
     adapter.info.rayQuery =
         rayExtensions && features.accelerationStructure.accelerationStructure && features.rayQuery.rayQuery;
     adapter.int64 = features.base.features.shaderInt64;
     adapter.memoryBudget = has(VK_EXT_MEMORY_BUDGET_EXTENSION_NAME);
+    const bool software = adapter.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
+    adapter.keepsShaders = software && shaderObjects && features.shaderObject.shaderObject;
 
     const auto note = [&](const auto& required, const auto& present) {
         for (const auto& feature : required)
@@ -286,7 +296,7 @@ size_t chooseDevice(const std::vector<DeviceInfo>& devices, std::string_view cho
 }
 
 VkDevice createLogicalDevice(const Adapter& adapter) {
-    FeatureChain features(adapter.info.rayQuery);
+    FeatureChain features(adapter.info.rayQuery, adapter.keepsShaders);
     features.base.features.shaderInt64 = adapter.int64;
     for (const auto& feature : kRequired12) features.v12.*feature.flag = VK_TRUE;
     for (const auto& feature : kRequired13) features.v13.*feature.flag = VK_TRUE;
@@ -297,6 +307,10 @@ VkDevice createLogicalDevice(const Adapter& adapter) {
         extensions.assign(std::begin(kRayQueryExtensions), std::end(kRayQueryExtensions));
     }
     if (adapter.memoryBudget) extensions.push_back(VK_EXT_MEMORY_BUDGET_EXTENSION_NAME);
+    if (adapter.keepsShaders) {
+        features.shaderObject.shaderObject = VK_TRUE;
+        extensions.push_back(VK_EXT_SHADER_OBJECT_EXTENSION_NAME);
+    }
 
     const float priority = 1;
     VkDeviceQueueCreateInfo queue{VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO};

@@ -14,6 +14,7 @@ public:
     Instance& operator=(const Instance&) = delete;
 
     VkInstance handle() const { return handle_; }
+    bool validates() const { return messenger_ != VK_NULL_HANDLE; }
     uint32_t messages() const { return messages_; }
 
 private:
@@ -36,6 +37,7 @@ struct Adapter {
     uint32_t queueFamily = 0;
     bool int64 = false;
     bool memoryBudget = false; ///< VK_EXT_memory_budget
+    bool keepsShaders = false; ///< VK_EXT_shader_object is there and of use: see ShaderObjects
 };
 
 std::vector<Adapter> listAdapters(VkInstance instance);

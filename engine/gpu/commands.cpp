@@ -37,7 +37,7 @@ void bindTopLevel(Device::Impl& device, Frame& frame, const std::string& pipelin
 
 void Commands::dispatch(const Pipeline& pipeline, std::span<const std::byte> push, uint32_t threadsX, uint32_t threadsY,
                         uint32_t threadsZ) {
-    if (threadsX == 0 || threadsY == 0 || threadsZ == 0) return;
+    if (!handle_ || threadsX == 0 || threadsY == 0 || threadsZ == 0) return;
     Device::Impl& device = device_->impl();
     const Pipeline::Impl& compute = *pipeline.impl_;
     const uint32_t threads[3] = {threadsX, threadsY, threadsZ};
@@ -48,37 +48,45 @@ void Commands::dispatch(const Pipeline& pipeline, std::span<const std::byte> pus
         if (groups[i] > limits.maxComputeWorkGroupCount[i])
             throw runError(fmt::format("a dispatch of {} groups is more than the device's {}", groups[i],
                                        limits.maxComputeWorkGroupCount[i]),
-                           compute.name, "render a smaller image, or spread the threads over two dimensions");
+                           compute.cost.name, "render a smaller image, or spread the threads over two dimensions");
     }
     if (push.size() > device.pipelines.pushBytes() || push.size() % 4 != 0)
         throw runError(fmt::format("{} bytes of push constants, the device takes multiples of 4 up to {}", push.size(),
                                    device.pipelines.pushBytes()),
-                       compute.name, "this is a fault in the program");
+                       compute.cost.name, "this is a fault in the program");
 
-    const VkPipelineLayout layout = device.pipelines.layout(compute.usesTopLevel);
-    const VkDescriptorSet bindless = device.bindless.set();
-    vkCmdBindPipeline(handle_, VK_PIPELINE_BIND_POINT_COMPUTE, compute.handle);
-    vkCmdBindDescriptorSets(handle_, VK_PIPELINE_BIND_POINT_COMPUTE, layout, 0, 1, &bindless, 0, nullptr);
-    if (compute.usesTopLevel) bindTopLevel(device, frameOf(frame_), compute.name);
+    bind(compute);
     if (!push.empty())
-        vkCmdPushConstants(handle_, layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, static_cast<uint32_t>(push.size()),
-                           push.data());
+        vkCmdPushConstants(handle_, device.pipelines.layout(compute.usesTopLevel), VK_SHADER_STAGE_COMPUTE_BIT, 0,
+                           static_cast<uint32_t>(push.size()), push.data());
     vkCmdDispatch(handle_, groups[0], groups[1], groups[2]);
 }
 
-void Commands::barrier() { recordBarrier(handle_); }
+void Commands::bind(const Pipeline::Impl& compute) {
+    Device::Impl& device = device_->impl();
+    const VkDescriptorSet bindless = device.bindless.set();
+    device.pipelines.bind(handle_, compute.program);
+    vkCmdBindDescriptorSets(handle_, VK_PIPELINE_BIND_POINT_COMPUTE, device.pipelines.layout(compute.usesTopLevel), 0,
+                            1, &bindless, 0, nullptr);
+    if (compute.usesTopLevel) bindTopLevel(device, frameOf(frame_), compute.cost.name);
+}
+
+void Commands::barrier() {
+    if (handle_) recordBarrier(handle_);
+}
 
 void Commands::copy(const Buffer& from, size_t fromOffset, const Buffer& to, size_t toOffset, size_t bytes) {
-    if (bytes == 0) return;
+    if (!handle_ || bytes == 0) return;
     const VkBufferCopy region{fromOffset, toOffset, bytes};
     vkCmdCopyBuffer(handle_, from.handle(), to.handle(), 1, &region);
 }
 
 void Commands::fill(const Buffer& buffer, size_t offset, size_t bytes, uint32_t word) {
-    if (bytes != 0) vkCmdFillBuffer(handle_, buffer.handle(), offset, bytes, word);
+    if (handle_ && bytes != 0) vkCmdFillBuffer(handle_, buffer.handle(), offset, bytes, word);
 }
 
 void Commands::timestamp(uint32_t slot) {
+    if (!handle_) return;
     Frame& frame = frameOf(frame_);
     if (slot >= FrameRing::kTimestampSlots)
         throw runError(fmt::format("timestamp slot {} of {}", slot, FrameRing::kTimestampSlots), "submission",

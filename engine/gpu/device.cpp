@@ -18,12 +18,14 @@ bool validationInEnvironment() {
     return value && *value != 0 && std::string_view(value) != "0";
 }
 
-Adapter chooseAdapter(VkInstance instance, const std::string& choice) {
+Adapter chooseAdapter(VkInstance instance, const std::string& choice, bool validation) {
     std::vector<Adapter> adapters = listAdapters(instance);
     std::vector<DeviceInfo> infos;
     infos.reserve(adapters.size());
     for (const Adapter& adapter : adapters) infos.push_back(adapter.info);
-    return std::move(adapters[chooseDevice(infos, choice)]);
+    Adapter& chosen = adapters[chooseDevice(infos, choice)];
+    chosen.keepsShaders &= !validation; // layers older than the extension don't know its handles
+    return std::move(chosen);
 }
 
 } // namespace
@@ -32,7 +34,7 @@ Adapter chooseAdapter(VkInstance instance, const std::string& choice) {
 
 Device::Impl::Impl(const DeviceOptions& options)
     : instance(options.validation || validationInEnvironment()),
-      adapter(chooseAdapter(instance.handle(), options.device)), device(adapter),
+      adapter(chooseAdapter(instance.handle(), options.device, instance.validates())), device(adapter),
       memory(adapter, device.handle, options.memoryLimit), bindless(adapter, device.handle),
       pipelines(adapter, device.handle, bindless.layout()),
       frames(adapter, device.handle, device.queue, pipelines.topLevelSetLayout()) {}

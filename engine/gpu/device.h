@@ -83,6 +83,15 @@ struct SamplerMode {
     VkSamplerAddressMode u = VK_SAMPLER_ADDRESS_MODE_REPEAT, v = VK_SAMPLER_ADDRESS_MODE_REPEAT;
 };
 
+/// Milliseconds that a pipeline took before its first use.
+struct PipelineCost {
+    std::string name;      ///< the shader's path
+    double spirvMs = 0;    ///< GLSL to SPIR-V, or finding it in the cache
+    double driverMs = 0;   ///< the driver's front end, or finding its result in a cache
+    double dispatchMs = 0; ///< a first dispatch of nothing, with which software drivers generate code; 0 unless made by
+                           ///< createPipelines
+};
+
 /// A compute pipeline: one push-constant block, set 0 the bindless table (and, with ray queries, set 1 the TLAS).
 class Pipeline {
 public:
@@ -91,6 +100,7 @@ public:
     Pipeline& operator=(Pipeline&&) noexcept;
     ~Pipeline();
     explicit operator bool() const { return impl_ != nullptr; }
+    const PipelineCost& cost() const;
 
 private:
     friend class Device;
@@ -109,7 +119,7 @@ struct ShaderSource {
 
 class Device;
 
-/// Records into one command buffer.
+/// Records into one command buffer. One made by default has none and drops what it is given, pipelines unseen.
 class Commands {
 public:
     VkCommandBuffer handle() const { return handle_; }
@@ -134,6 +144,8 @@ public:
 
 private:
     friend class Device;
+    void bind(const Pipeline::Impl& pipeline);
+
     VkCommandBuffer handle_ = VK_NULL_HANDLE;
     Device* device_ = nullptr;
     void* frame_ = nullptr;
@@ -183,7 +195,8 @@ public:
     /// Compiles GLSL (SPIR-V cached on disk) and creates the pipeline through the pipeline cache.
     /// Throws runError with the compiler's first message, naming file and line.
     Pipeline createPipeline(const ShaderSource& source);
-    /// The same for several, on all threads of the task pool: most of a start without caches is compilation.
+    /// The same for several, on all threads of the task pool, and ready to run: where the driver generates code with
+    /// the first dispatch, it does so now, beside the compilation of the next.
     std::vector<Pipeline> createPipelines(std::span<const ShaderSource> sources);
 
     /// Records and submits; returns at once. Uploads queued before are executed first.
@@ -209,6 +222,8 @@ public:
     Impl& impl() { return *impl_; }
 
 private:
+    void dispatchNothing(const Pipeline& pipeline);
+
     std::unique_ptr<Impl> impl_;
 };
 

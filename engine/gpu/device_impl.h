@@ -9,6 +9,7 @@
 
 #include <array>
 #include <deque>
+#include <mutex>
 
 namespace trilume::gpu {
 
@@ -60,6 +61,7 @@ struct Device::Impl {
         std::function<void()> destroy;
     };
     std::deque<Garbage> garbage;
+    std::mutex firstDispatches;         ///< held by the thread that submits one
     std::optional<UploadQueue> uploads; ///< made by the Device, whose buffers it uses
     bool recording = false;
     std::array<VkAccelerationStructureKHR, 2> topLevels{}; ///< this frame's and last frame's, by binding
@@ -91,10 +93,10 @@ struct Image::Impl {
 
 struct Pipeline::Impl {
     Device::Impl& device;
-    VkPipeline handle = VK_NULL_HANDLE;
+    Program program;
     uint32_t localSize[3] = {1, 1, 1};
     bool usesTopLevel = false;
-    std::string name; ///< for messages
+    PipelineCost cost;
 
     explicit Impl(Device::Impl& owner) : device(owner) {}
     ~Impl();

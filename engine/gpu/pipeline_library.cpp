@@ -1,11 +1,11 @@
 #include "gpu/pipeline_library.h"
 
-#include "core/clock.h"
 #include "core/file.h"
-#include "core/log.h"
 #include "gpu/cache_file.h"
 #include "gpu/result.h"
 #include "gpu/shader_compiler.h"
+
+#include <fmt/core.h>
 
 #include <algorithm>
 
@@ -28,7 +28,8 @@ std::string cacheName(const Adapter& adapter) { return fmt::format("pipelines/{:
 
 PipelineLibrary::PipelineLibrary(const Adapter& adapter, VkDevice device, VkDescriptorSetLayout bindless)
     : adapter_(adapter), device_(device),
-      pushBytes_(std::min(adapter.properties.limits.maxPushConstantsSize, kMaximumPushBytes)) {
+      pushBytes_(std::min(adapter.properties.limits.maxPushConstantsSize, kMaximumPushBytes)),
+      bindlessSetLayout_(bindless) {
     plainLayout_ = createLayout({bindless});
     if (adapter.info.rayQuery) {
         const auto structure = [](uint32_t binding) {
@@ -42,7 +43,10 @@ PipelineLibrary::PipelineLibrary(const Adapter& adapter, VkDevice device, VkDesc
         check(vkCreateDescriptorSetLayout(device, &set, nullptr, &topLevelSetLayout_), "vkCreateDescriptorSetLayout");
         topLevelLayout_ = createLayout({bindless, topLevelSetLayout_});
     }
-    cache_ = load();
+    if (adapter.keepsShaders)
+        shaders_.emplace(device, cacheKey(adapter), VkPushConstantRange{VK_SHADER_STAGE_COMPUTE_BIT, 0, pushBytes_});
+    else
+        cache_ = load();
 }
 
 PipelineLibrary::~PipelineLibrary() {
@@ -90,33 +94,54 @@ void PipelineLibrary::save() {
     writeCacheFile(cacheName(adapter_), cacheKey(adapter_), std::span(bytes).first(size));
 }
 
-VkPipeline PipelineLibrary::create(const ShaderModule& module, const ShaderSource& source) {
+Program PipelineLibrary::create(const ShaderModule& module, const ShaderSource& source) {
+    std::vector<VkSpecializationMapEntry> entries;
+    for (uint32_t i = 0; i < source.specialization.size(); ++i)
+        entries.push_back({i, i * static_cast<uint32_t>(sizeof(uint32_t)), sizeof(uint32_t)});
+    const VkSpecializationInfo specialization{static_cast<uint32_t>(entries.size()), entries.data(),
+                                              entries.size() * sizeof(uint32_t), source.specialization.data()};
+    if (shaders_) {
+        const VkDescriptorSetLayout sets[] = {bindlessSetLayout_, topLevelSetLayout_};
+        const auto used = std::span(sets).first(module.usesTopLevel ? 2 : 1);
+        return {.shader = shaders_->create(module.spirv, specialization, used, source.path)};
+    }
+    const VkPipeline pipeline = createPipeline(module, specialization, source.path);
+    changed_ = true;
+    return {.pipeline = pipeline};
+}
+
+void PipelineLibrary::destroy(const Program& program) const {
+    if (program.shader) shaders_->destroy(program.shader);
+    vkDestroyPipeline(device_, program.pipeline, nullptr);
+}
+
+void PipelineLibrary::bind(VkCommandBuffer commands, const Program& program) const {
+    if (program.shader)
+        shaders_->bind(commands, program.shader);
+    else
+        vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, program.pipeline);
+}
+
+VkPipeline PipelineLibrary::createPipeline(const ShaderModule& module, const VkSpecializationInfo& specialization,
+                                           const std::string& name) const {
     VkShaderModuleCreateInfo shader{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
     shader.codeSize = module.spirv.size() * sizeof(uint32_t);
     shader.pCode = module.spirv.data();
     VkShaderModule shaderModule = VK_NULL_HANDLE;
     check(vkCreateShaderModule(device_, &shader, nullptr, &shaderModule), "vkCreateShaderModule");
 
-    std::vector<VkSpecializationMapEntry> entries;
-    for (uint32_t i = 0; i < source.specialization.size(); ++i)
-        entries.push_back({i, i * static_cast<uint32_t>(sizeof(uint32_t)), sizeof(uint32_t)});
-    const VkSpecializationInfo specialization{static_cast<uint32_t>(entries.size()), entries.data(),
-                                              entries.size() * sizeof(uint32_t), source.specialization.data()};
     VkComputePipelineCreateInfo info{VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
     info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
     info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
     info.stage.module = shaderModule;
     info.stage.pName = "main";
-    info.stage.pSpecializationInfo = entries.empty() ? nullptr : &specialization;
+    info.stage.pSpecializationInfo = specialization.mapEntryCount > 0 ? &specialization : nullptr;
     info.layout = layout(module.usesTopLevel);
 
-    const Stopwatch watch;
     VkPipeline pipeline = VK_NULL_HANDLE;
     const VkResult result = vkCreateComputePipelines(device_, cache_, 1, &info, nullptr, &pipeline);
     vkDestroyShaderModule(device_, shaderModule, nullptr);
-    check(result, "vkCreateComputePipelines for " + source.path);
-    log::debug("pipeline {}: {:.1f} ms", source.path, watch.ms());
-    changed_ = true;
+    check(result, "vkCreateComputePipelines for " + name);
     return pipeline;
 }
 

@@ -100,6 +100,17 @@ void GraphExecutor::setGraph(CompiledGraph graph) {
 
 void GraphExecutor::record(gpu::Commands& commands, const FrameInput& input) {
     history_.beginFrame();
+    execute(commands, input);
+    history_.endFrame();
+}
+
+void GraphExecutor::rehearse(const FrameInput& input) {
+    history_.reset();
+    gpu::Commands nothing;
+    execute(nothing, input);
+}
+
+void GraphExecutor::execute(gpu::Commands& commands, const FrameInput& input) {
     PassResources resources(graph_, graph_.resources.size());
     for (size_t i = 0; i < graph_.resources.size(); ++i) {
         const ResourceInfo& resource = graph_.resources[i];
@@ -132,7 +143,6 @@ void GraphExecutor::record(gpu::Commands& commands, const FrameInput& input) {
         commands.timestamp(++slot);
     }
     commands.barrier();
-    history_.endFrame();
 }
 
 std::vector<double> GraphExecutor::passTimes(std::span<const double> timestamps) const {

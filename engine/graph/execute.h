@@ -34,6 +34,9 @@ public:
     /// Records one frame: barriers, nodes in order, timestamps. On return, outputs are visible to what is recorded
     /// next.
     void record(gpu::Commands& commands, const FrameInput& input);
+    /// Executes the nodes as in a first frame without recording anything, for the pipelines that they ask for. Forgets
+    /// history.
+    void rehearse(const FrameInput& input);
 
     /// GPU milliseconds of each pass of the graph (0 for those that don't run), from the device's timestamps for the
     /// submission of the last record call. Passes without a barrier between them overlap: the later shows the rest.
@@ -58,6 +61,7 @@ private:
     using Halves = std::array<gpu::Buffer, 2>;
 
     Region region(const ResourceInfo& resource) const;
+    void execute(gpu::Commands& commands, const FrameInput& input);
 
     gpu::Device& device_;
     CompiledGraph graph_;

@@ -5,6 +5,8 @@
 #include "graph/aov.h"
 #include "render/bsdf_tables.h"
 
+#include <set>
+
 namespace trilume {
 
 namespace {
@@ -16,6 +18,13 @@ gpu::Tracer chooseTracer(gpu::Tracer wanted, const gpu::Device& device) {
     if (wanted != gpu::Tracer::Auto) return wanted;
     // Software drivers trace rays more slowly than the compute kernel does (engine/rt/README.md).
     return device.rayQuery() && !device.isCpu() ? gpu::Tracer::Query : gpu::Tracer::Compute;
+}
+
+std::string keyOf(const gpu::ShaderSource& source) {
+    std::string key = source.path;
+    for (const auto& [name, value] : source.defines) key.append(" ").append(name).append("=").append(value);
+    for (const uint32_t value : source.specialization) key.append(" ").append(std::to_string(value));
+    return key;
 }
 
 /// Rows that belong to the frame rather than to one node.
@@ -63,16 +72,32 @@ gpu::Device& Engine::device() { return *impl_->device; }
 gpu::Tracer Engine::tracer() const { return impl_->tracer; }
 double Engine::deviceMs() const { return impl_->deviceMs; }
 
+std::vector<gpu::PipelineCost> Engine::pipelineCosts() const {
+    std::vector<gpu::PipelineCost> costs;
+    for (const auto& [key, pipeline] : impl_->pipelines) costs.push_back(pipeline.cost());
+    return costs;
+}
+
 const gpu::Pipeline& Engine::Impl::pipeline(const gpu::ShaderSource& source) {
-    std::string key = source.path;
-    for (const auto& [name, value] : source.defines) key.append(" ").append(name).append("=").append(value);
-    for (const uint32_t value : source.specialization) key.append(" ").append(std::to_string(value));
+    const std::string key = keyOf(source);
     const auto it = pipelines.find(key);
     if (it != pipelines.end()) return it->second;
     const Stopwatch watch;
     gpu::Pipeline& pipeline = pipelines[key] = device->createPipeline(source);
     pipelineMs += watch.ms();
     return pipeline;
+}
+
+void Engine::Impl::createPipelines(std::vector<gpu::ShaderSource> sources) {
+    const Stopwatch watch;
+    std::set<std::string> keys;
+    std::erase_if(sources, [&](const gpu::ShaderSource& source) {
+        const std::string key = keyOf(source);
+        return pipelines.contains(key) || !keys.insert(key).second;
+    });
+    std::vector<gpu::Pipeline> created = device->createPipelines(sources);
+    for (size_t i = 0; i < sources.size(); ++i) pipelines[keyOf(sources[i])] = std::move(created[i]);
+    pipelineMs += watch.ms();
 }
 
 VkDeviceAddress Engine::Impl::bsdfTables() {

@@ -9,6 +9,8 @@ namespace trilume {
 struct Engine::Impl {
     /// Compiled on first use and kept for all views.
     const gpu::Pipeline& pipeline(const gpu::ShaderSource& source);
+    /// Compiles together those that there are not yet.
+    void createPipelines(std::vector<gpu::ShaderSource> sources);
     /// Uploaded on first use.
     VkDeviceAddress bsdfTables();
 

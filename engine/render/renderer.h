@@ -48,6 +48,7 @@ struct FrameStats {
 
 struct StartupStats {
     double deviceMs = 0, loadMs = 0, pipelinesMs = 0, firstFrameMs = 0;
+    std::vector<gpu::PipelineCost> pipelines;
 };
 
 class Engine {
@@ -58,6 +59,8 @@ public:
     gpu::Device& device();
     gpu::Tracer tracer() const; ///< never Auto
     double deviceMs() const;    ///< spent in creating the device
+    /// Of all pipelines so far, by name.
+    std::vector<gpu::PipelineCost> pipelineCosts() const;
 
 private:
     struct Impl;

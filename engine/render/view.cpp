@@ -51,8 +51,10 @@ struct View::Impl {
     bool graphIsCurrent() const;
     std::vector<std::pair<std::string, std::string>> shaderDefines() const;
     FrameData frameData(const FrameSlot& slot, uint32_t sampleIndex) const;
-    /// `dry`: every thread ends at once, but drivers compile what frames will use.
-    void submitFrame(uint32_t sampleIndex, bool dry = false);
+    using FindPipeline = std::function<const gpu::Pipeline&(const gpu::ShaderSource&)>;
+    /// `find` is given sources with all that the scene defines.
+    graph::FrameInput frameInput(const FrameSlot& slot, uint32_t sampleIndex, FindPipeline find) const;
+    void submitFrame(uint32_t sampleIndex);
     void collect(FrameSlot& slot);
     void collectAll();
     /// Follows the scene; builds are counted into the next picture's statistics.
@@ -245,26 +247,31 @@ FrameData View::Impl::frameData(const FrameSlot& slot, uint32_t sampleIndex) con
     return data;
 }
 
-void View::Impl::submitFrame(uint32_t sampleIndex, bool dry) {
+graph::FrameInput View::Impl::frameInput(const FrameSlot& slot, uint32_t sampleIndex, FindPipeline find) const {
+    return {.nodes = graphNodes,
+            .params = params,
+            .facts = facts,
+            .frame = slot.constants.address(),
+            .sampleIndex = sampleIndex,
+            .repeats = repeats,
+            .pipeline = [find = std::move(find),
+                         defines = shaderDefines()](const gpu::ShaderSource& source) -> const gpu::Pipeline& {
+                gpu::ShaderSource specialised = source;
+                specialised.defines.insert(specialised.defines.end(), defines.begin(), defines.end());
+                return find(specialised);
+            }};
+}
+
+void View::Impl::submitFrame(uint32_t sampleIndex) {
     FrameSlot& slot = slots[frameIndex % kFramesInFlight];
     collect(slot);
-    FrameData data = frameData(slot, sampleIndex);
-    if (dry) data.constants.width = data.constants.height = 0;
+    const FrameData data = frameData(slot, sampleIndex);
     std::memcpy(slot.constants.mapped(), &data, sizeof(data));
     std::memset(slot.counters.mapped(), 0, slot.counters.size());
 
-    const auto defines = shaderDefines();
-    graph::FrameInput input{.nodes = graphNodes,
-                            .params = params,
-                            .facts = facts,
-                            .frame = slot.constants.address(),
-                            .sampleIndex = sampleIndex,
-                            .repeats = repeats,
-                            .pipeline = [&](const gpu::ShaderSource& source) -> const gpu::Pipeline& {
-                                gpu::ShaderSource specialised = source;
-                                specialised.defines.insert(specialised.defines.end(), defines.begin(), defines.end());
-                                return shared.pipeline(specialised);
-                            }};
+    const auto input = frameInput(slot, sampleIndex, [&](const gpu::ShaderSource& source) -> const gpu::Pipeline& {
+        return shared.pipeline(source);
+    });
     gpuScene.use(followsChange);
     slot.submission = device.submit([&](gpu::Commands& commands) { executor.record(commands, input); });
     slot.pending = true;
@@ -319,10 +326,15 @@ double View::prepare() {
     v.syncScene();
     v.buildGraph();
     const Stopwatch watch;
-    v.submitFrame(0, true);
-    v.collectAll();
+    std::vector<gpu::ShaderSource> sources;
+    const gpu::Pipeline unseen;
+    v.executor.rehearse(v.frameInput(v.slots[0], 0, [&](const gpu::ShaderSource& source) -> const gpu::Pipeline& {
+        sources.push_back(source);
+        return unseen;
+    }));
+    v.gpuScene.use(v.followsChange);
+    v.shared.createPipelines(std::move(sources));
     v.frameIndex = 0;
-    v.executor.resetHistory();
     return watch.ms();
 }
 

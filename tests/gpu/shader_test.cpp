@@ -24,20 +24,34 @@ const gpu::ShaderSource kTriple{.path = "triple", .text = R"(#version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shared/types.h"
 layout(local_size_x = 32) in;
+layout(constant_id = 0) const uint kFactor = 3;
 layout(push_constant, scalar) uniform Push { uintRef result; } push;
-void main() { push.result.v[gl_GlobalInvocationID.x] = 3 * gl_GlobalInvocationID.x; }
+void main() { push.result.v[gl_GlobalInvocationID.x] = kFactor * gl_GlobalInvocationID.x; }
 )"};
 
-bool tripleWorks() {
-    gpu::Device device({.device = "auto", .validation = true});
+bool multiplies(gpu::Device& device, const gpu::Pipeline& pipeline, uint32_t factor) {
     const auto out = device.createBuffer(1024 * 4, gpu::Memory::Device, "result");
-    const auto pipeline = device.createPipeline(kTriple);
     device.wait(device.submit([&](gpu::Commands& c) { c.dispatch(pipeline, out.address(), 1024); }));
     std::vector<uint32_t> result(1024);
     device.download(out, 0, std::as_writable_bytes(std::span(result)));
     for (uint32_t i = 0; i < result.size(); ++i)
-        if (result[i] != 3 * i) return false;
-    return device.validationMessages() == 0;
+        if (result[i] != factor * i) return false;
+    return true;
+}
+
+bool tripleWorks() {
+    gpu::Device device({.device = "auto", .validation = true});
+    return multiplies(device, device.createPipeline(kTriple), 3) && device.validationMessages() == 0;
+}
+
+/// Without validation, with which software devices keep shaders rather than pipelines.
+bool triplesAndQuadruples() {
+    gpu::Device device({.device = "auto", .validation = false});
+    gpu::ShaderSource quadruple = kTriple;
+    quadruple.specialization = {4};
+    const gpu::ShaderSource sources[] = {kTriple, quadruple};
+    const auto pipelines = device.createPipelines(sources);
+    return multiplies(device, pipelines[0], 3) && multiplies(device, pipelines[1], 4);
 }
 
 class ShaderTest : public testing::Test {
@@ -194,6 +208,25 @@ TEST_F(ShaderTest, damagedPipelineCachesAreReplaced) {
     ASSERT_TRUE(succeeded(start(tripleWorks)));
     ASSERT_EQ(filesIn("pipelines").size(), 1u);
     damage(filesIn("pipelines").front(), [](const char* how) { EXPECT_TRUE(succeeded(start(tripleWorks))) << how; });
+}
+
+TEST_F(ShaderTest, keptShadersServeAgain) {
+    ASSERT_TRUE(succeeded(start(triplesAndQuadruples)));
+    const auto files = filesIn("shaders");
+    if (files.empty()) GTEST_SKIP() << "this device keeps pipelines";
+    ASSERT_EQ(files.size(), 2u);
+    const auto times = [&] { return std::pair(fs::last_write_time(files[0]), fs::last_write_time(files[1])); };
+    const auto before = times();
+    EXPECT_TRUE(succeeded(start(triplesAndQuadruples)));
+    EXPECT_EQ(times(), before); // found, so not written again
+    damage(files[0], [](const char* how) { EXPECT_TRUE(succeeded(start(triplesAndQuadruples))) << how; });
+
+    // Whole, but nothing that the driver knows.
+    const auto good = readFile(files[1]);
+    const uint64_t key = std::stoull(files[1].stem().string(), nullptr, 16);
+    gpu::writeCacheFile("shaders/" + files[1].filename().string(), key, std::vector<std::byte>(500, std::byte{'x'}));
+    EXPECT_TRUE(succeeded(start(triplesAndQuadruples)));
+    EXPECT_EQ(readFile(files[1]), good);
 }
 
 TEST_F(ShaderTest, processesAtOnceShareTheCaches) {

@@ -146,18 +146,19 @@ def soak(bench, stage, technique, size, frames, seed, options=()):
 
 
 def startup(bench, stage, technique, size, runs, seed):
-    """Start-up with empty caches, then `runs` times with what the first left there."""
+    """Start-up with empty caches, then `runs` times with what the first left there; and what each kernel took at first."""
     with tempfile.TemporaryDirectory(prefix="trilume-bench-") as cache:
         # Mesa and NVIDIA keep compiled shaders beside ours.
         env = {"XDG_CACHE_HOME": cache, "MESA_SHADER_CACHE_DIR": cache, "__GL_SHADER_DISK_CACHE_PATH": cache}
-        times = []
+        times, kernels = [], []
         for _ in range(1 + runs):
             begun = time.monotonic()
             rendered = bench.command.render(bench.stage(stage), size, ["-t", technique, "--denoise", "off", "--seed", seed],
                                             env=env)
             times.append({**rendered.stats["startup_ms"], "process": 1e3 * (time.monotonic() - begun)})
+            kernels = kernels or rendered.stats["pipelines"]
     return {"cold": times[0], "warm": {key: float(np.median([t[key] for t in times[1:]])) for key in times[0]},
-            "samples": times}, {}
+            "kernels": kernels, "samples": times}, {}
 
 
 def tracer(bench, rays, repeats, scene):

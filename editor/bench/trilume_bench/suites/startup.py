@@ -1,4 +1,5 @@
-"""Start-up: device, loading, pipelines and the first frame, with empty caches and with what they hold after one run."""
+"""Start-up: device, loading, pipelines and the first frame, with empty caches and with what they hold after one run; and
+what each kernel takes to compile."""
 
 from .. import report as draw
 from ..bench import Job
@@ -8,6 +9,7 @@ PHASES = ("device", "load", "pipelines", "first_frame", "process")
 TECHNIQUES, QUICK = ("raytrace", "pathtrace", "bpt", "restir", "ddgi_restir", "ddgi_restir_bpt", "hybrid"), ("raytrace", "hybrid")
 STAGES, QUICK_STAGES = ("cornell_empty", "cornell_glass", "maze", "white_room"), ("cornell_empty", "cornell_glass")
 SIZE = (320, 180)
+KERNEL_PHASES = ("spirv_ms", "driver_ms", "dispatch_ms")
 
 
 def plan(bench):
@@ -58,4 +60,13 @@ def report(bench, page, results):
         page.heading(f"{state.capitalize()} caches, ms")
         page.table(("stage", "technique", *PHASES),
                    [(s, f"`{t}`", *(number(results[t, s].numbers[state][p]) for p in PHASES)) for s in stages for t in techniques])
-    return {f"{t} {s}": {k: results[t, s].numbers[k] for k in ("cold", "warm")} for t, s in results}
+    page.heading("Kernels, cold caches, ms")
+    page.text("Of the technique named last. SPIR-V: our compiler. Driver: its front end, which on lavapipe waits while the queue is "
+              "at work. First dispatch: software drivers generate code there (LLVM), one kernel after another.")
+    for stage in stages:
+        kernels = sorted(results[techniques[-1], stage].numbers["kernels"], key=lambda k: -k["dispatch_ms"])
+        page.table((f"`{stage}`, `{techniques[-1]}`", "SPIR-V", "driver", "first dispatch"),
+                   [(k["name"].removeprefix("passes/"), *(number(k[p]) for p in KERNEL_PHASES)) for k in kernels])
+        spirv, dispatch = (number(sum(k[p] for k in kernels)) for p in ("spirv_ms", "dispatch_ms"))
+        page.text(f"In all {spirv} ms to SPIR-V, {dispatch} ms of first dispatches.")
+    return {f"{t} {s}": {k: results[t, s].numbers[k] for k in ("cold", "warm", "kernels")} for t, s in results}
