@@ -152,7 +152,7 @@ TEST(Stats, JsonHoldsTheContract) {
     stats.device.name = "llvmpipe";
     stats.tracer = gpu::Tracer::Query;
     stats.technique = "pathtrace";
-    stats.startup = {1, 2, 3, 4};
+    stats.startup = {1, 2, 3, 4, {{"passes/a.comp", 5, 6, 7}}};
     stats.frames.push_back({7, frame});
     const auto json = nlohmann::json::parse(statsJson(stats).dump());
     const auto keysOf = [](const nlohmann::json& object) {
@@ -160,8 +160,10 @@ TEST(Stats, JsonHoldsTheContract) {
         for (const auto& [key, value] : object.items()) keys.push_back(key);
         return keys;
     };
-    EXPECT_EQ(keysOf(json), (std::vector<std::string>{"device", "frames", "height", "stage", "startup_ms", "technique",
-                                                      "tracer", "version", "width"}));
+    EXPECT_EQ(keysOf(json), (std::vector<std::string>{"device", "frames", "height", "pipelines", "stage", "startup_ms",
+                                                      "technique", "tracer", "version", "width"}));
+    EXPECT_EQ(json["pipelines"].at(0).dump(),
+              R"({"dispatch_ms":7.0,"driver_ms":6.0,"name":"passes/a.comp","spirv_ms":5.0})");
     EXPECT_EQ(keysOf(json["device"]), (std::vector<std::string>{"driver", "name", "type"}));
     EXPECT_EQ(keysOf(json["startup_ms"]), (std::vector<std::string>{"device", "first_frame", "load", "pipelines"}));
     EXPECT_EQ(json["tracer"], "query");
