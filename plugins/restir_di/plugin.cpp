@@ -16,7 +16,7 @@ static void registerPlugin(trilume::Registry& registry) {
                        .choices = {"auto", "off", "temporal", "spatiotemporal"},
                        .doc =
                            "Whose reservoirs a pixel draws on: none, last frame's, or its neighbours' as well; auto: "
-                           "none with four lights or fewer and no dome, else last frame's, and in an average only "
+                           "none with 32 lights or fewer and no dome, else last frame's, and in an average only "
                            "in its first 16 frames, as reuse couples frames.",
                        .cost = ParamCost::Structural,
                        .resetsHistory = true});
@@ -27,6 +27,12 @@ static void registerPlugin(trilume::Registry& registry) {
                        .doc =
                            "Light samples resampled into one for each pixel and frame, no more than there are lights "
                            "(a dome counts as eight); one where there are no more than two lights."});
+    registry.addParam({.name = "restir_di.learnedCandidates",
+                       .defaultValue = int64_t{4},
+                       .minimum = 1,
+                       .maximum = 64,
+                       .doc = "Light samples that go to the lights which a tile of pixels has learned to matter; with "
+                              "one of the above they take the place of those where these lights are all that matter."});
     registry.addParam(
         {.name = "restir_di.bsdfCandidates",
          .defaultValue = int64_t{1},

@@ -8,12 +8,15 @@ namespace trilume {
 
 namespace {
 
-/// Among so few lights plain resampling has less error for its time than reuse (README.md, Cost).
-constexpr uint32_t kFewLights = 4;
+/// Among so few lights a tile learns the ones that matter, and plain resampling has less error for its time than reuse
+/// (README.md, Cost).
+constexpr uint32_t kFewLights = 32;
 /// Reuse makes one frame better, but couples frames: the average of many is better when they stand alone.
 constexpr uint32_t kCoupledFrames = 16;
 
 bool fewLights(const graph::SceneFacts& facts) { return facts.lights <= kFewLights && !facts.environment; }
+
+uint32_t tilesAcross(uint32_t pixels) { return (pixels + shared::kTileSide - 1) / shared::kTileSide; }
 
 /// More than one for each light add little but cost; a dome is worth several.
 uint32_t usefulCandidates(const graph::SceneFacts& facts) {
@@ -45,6 +48,14 @@ void RestirDiNode::declare(graph::Builder& builder) {
     direct_ = builder.createPlane("restir_di.direct", sizeof(glm::vec3));
     previousPoints_ = merged_ = neighbors_ = {};
     reservoirs_ = {};
+    chosen_ = {};
+    tiles_ = {};
+    if (builder.facts().lights > 1) {
+        chosen_ = builder.createPlane("restir_di.chosen", sizeof(shared::ChosenLight));
+        tiles_ =
+            builder.persistentBuffer("restir_di.tiles", size_t{tilesAcross(builder.width())} *
+                                                            tilesAcross(builder.height()) * sizeof(shared::LightTile));
+    }
     if (reuse_ == Reuse::Off) return;
     previousPoints_ = builder.findPlane("visibility.points.previous");
     builder.read(previousPoints_);
@@ -67,8 +78,13 @@ void RestirDiNode::execute(graph::FrameContext& context) {
     push.merged = resources.address(merged_);
     push.final = resources.address(reservoirs_.current);
     push.direct = resources.address(direct_);
+    push.chosen = resources.address(chosen_);
+    push.tiles = resources.address(tiles_);
+    push.learned = tiles_ && resources.historyValid(tiles_) ? 1 : 0;
     push.lightCandidates =
         std::min(static_cast<uint32_t>(params.getInt("restir_di.lightCandidates")), usefulCandidates(context.facts));
+    push.learnedCandidates = std::min(static_cast<uint32_t>(params.getInt("restir_di.learnedCandidates")),
+                                      std::max(push.lightCandidates, 2u) - 1);
     push.bsdfCandidates = static_cast<uint32_t>(params.getInt("restir_di.bsdfCandidates"));
     push.bsdfRoughness = static_cast<float>(params.getFloat("restir_di.bsdfRoughness"));
     push.maxHistory = static_cast<float>(params.getInt("restir_di.maxHistory"));
@@ -81,16 +97,30 @@ void RestirDiNode::execute(graph::FrameContext& context) {
     const char* unbiased = params.getChoice("restir_di.mode") == "unbiased" ? "1" : "0";
     const auto dispatch = [&](const char* shader, std::vector<std::pair<std::string, std::string>> defines) {
         defines.emplace_back("TL_UNBIASED", unbiased);
+        defines.emplace_back("TL_CHOICE", tiles_ ? "1" : "0");
         context.commands.dispatch(context.pipeline({shader, std::move(defines), {}}), push, context.width,
                                   context.height);
     };
     dispatch("passes/restir_di/candidates.comp", {{"TL_REUSE", reuse_ == Reuse::Off ? "0" : "1"}});
-    if (reuse_ == Reuse::Off || alone) return;
     // Without history it finds no neighbours, but its pipeline is made with the others before the first picture.
+    if (reuse_ != Reuse::Off && !alone) {
+        context.commands.barrier();
+        dispatch("passes/restir_di/temporal.comp", {{"TL_LAST_FRAME", "1"}});
+        context.commands.barrier();
+        dispatch("passes/restir_di/spatial.comp", {});
+    }
+    if (tiles_) learn(context, push.learned == 0);
+}
+
+void RestirDiNode::learn(graph::FrameContext& context, bool restart) const {
+    shared::LearnPush push{};
+    push.frame = context.frame;
+    push.chosen = context.resources.address(chosen_);
+    push.tiles = context.resources.address(tiles_);
+    push.restart = restart ? 1 : 0;
     context.commands.barrier();
-    dispatch("passes/restir_di/temporal.comp", {{"TL_LAST_FRAME", "1"}});
-    context.commands.barrier();
-    dispatch("passes/restir_di/spatial.comp", {});
+    context.commands.dispatch(context.pipeline({"passes/restir_di/learn.comp", {{"TL_CHOICE", "1"}}, {}}), push,
+                              tilesAcross(context.width), tilesAcross(context.height));
 }
 
 } // namespace trilume

@@ -18,10 +18,12 @@ private:
         Reuse reuse;
         const char* reason;
     };
+    void learn(graph::FrameContext& context, bool restart) const;
     static Choice choose(const graph::SceneFacts& facts, const ParamSet& params);
 
     Reuse reuse_ = Reuse::Off;
-    graph::Plane points_, previousPoints_, direct_, merged_, neighbors_;
+    graph::Plane points_, previousPoints_, direct_, merged_, neighbors_, chosen_;
+    graph::Buffer tiles_;
     graph::History<graph::Plane> reservoirs_;
 };
 

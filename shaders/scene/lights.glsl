@@ -57,12 +57,17 @@ DirectSample directSample(uint index, Light light, LightSample s) {
     return d;
 }
 
+// One direction towards a given light; pdfSolidAngle leaves out the choice.
+DirectSample sampleLight(vec3 position, uint index, vec2 u) {
+    const Light light = TL_SCENE.lights.v[index];
+    return directSample(index, light, lightSample(light, TL_SCENE.distributions, position, u));
+}
+
 // One light by the alias table, one direction towards it.
 DirectSample sampleDirect(vec3 position, inout Sampler rng) {
     const uint index = lightSelect(TL_SCENE.lightAlias, TL_SCENE.lightCount, sampleBits(rng));
-    const Light light = TL_SCENE.lights.v[index];
-    DirectSample d = directSample(index, light, lightSample(light, TL_SCENE.distributions, position, sample2D(rng)));
-    d.pdfSolidAngle *= light.selection;
+    DirectSample d = sampleLight(position, index, sample2D(rng));
+    d.pdfSolidAngle *= TL_SCENE.lights.v[index].selection;
     return d;
 }
 
@@ -90,11 +95,14 @@ vec3 surfaceEmission(Surface s, vec3 wo, float footprint) {
     return lightRadiance(light, -wo, lightUv(light, s.position, -wo));
 }
 
-// Density with which sampleDirect at `from` makes the direction `wi` to the emitting surface point `s`.
+// Density with which sampleLight at `from` makes the direction `wi` to the emitting surface point `s` of light `index`.
+float sampledLightPdf(vec3 from, uint index, Surface s, vec3 wi) {
+    return lightPdfSolidAngle(TL_SCENE.lights.v[index], TL_SCENE.distributions, from, s.position, wi);
+}
+
+// Density with which sampleDirect does.
 float directPdfSolidAngle(vec3 from, Surface s, vec3 wi) {
-    if (s.light == kNone) return 0.0;
-    const Light light = TL_SCENE.lights.v[s.light];
-    return light.selection * lightPdfSolidAngle(light, TL_SCENE.distributions, from, s.position, wi);
+    return s.light == kNone ? 0.0 : TL_SCENE.lights.v[s.light].selection * sampledLightPdf(from, s.light, s, wi);
 }
 
 // Radiance of the lights at infinity from direction `wi`; they stand first in the table. `weighted`: each times the power

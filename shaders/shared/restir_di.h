@@ -28,6 +28,35 @@ struct TemporalNeighbor {
 
 TL_DECLARE_REF(TemporalNeighbor)
 
+// What a tile of pixels has learned of the lights: those that bring its visible points the most light. Candidates are
+// drawn by it; whatever it holds, they are weighed by the density that they were drawn with.
+TL_CONST uint kTileSide = 8; // pixels
+TL_CONST uint kTileLights = 8;
+struct LightTile {
+    uint lights[kTileLights];
+    float means[kTileLights]; // luminance of a pixel's direct light from that light, over the last frames; 0: no entry
+    float total;              // the same from all lights
+    uint frames;              // of which, up to kTileMemory
+};
+TL_CONST uint kTileMemory = 8;
+
+TL_DECLARE_REF(LightTile)
+
+// The candidate that a pixel has kept.
+struct ChosenLight {
+    uint light;      // kNone: none
+    float luminance; // of the direct light that it stands for, visibility included
+};
+
+TL_DECLARE_REF(ChosenLight)
+
+struct LearnPush {
+    TL_REF(FrameConstants) frame;
+    TL_REF(ChosenLight) chosen;
+    TL_REF(LightTile) tiles;
+    uint restart; // 1: nothing was learned before
+};
+
 // Which part of the node a pass is.
 struct RestirPush {
     TL_REF(FrameConstants) frame;
@@ -38,7 +67,11 @@ struct RestirPush {
     TL_REF(Reservoir) merged; // this frame's candidates, then with last frame's merged in
     TL_REF(Reservoir) final;
     TL_REF(vec3) direct;
-    uint lightCandidates;
+    TL_REF(LightTile) tiles; // of last frame's screen and lights
+    TL_REF(ChosenLight) chosen;
+    uint learned;           // 1: the tiles hold something
+    uint lightCandidates;   // where they don't know the lights
+    uint learnedCandidates; // where they do; and one more by power
     uint bsdfCandidates;
     float bsdfRoughness; // rougher surfaces take no BSDF candidates
     float maxHistory;

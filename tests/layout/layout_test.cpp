@@ -105,8 +105,12 @@ const std::map<std::string, StructLayout> kHostLayouts = {
     TL_LAYOUT(ProbeGatherPush, frame, points, volume, causticCache, indirect),
     TL_LAYOUT(Reservoir, light, uv, weight, target, confidence, normal, depth),
     TL_LAYOUT(TemporalNeighbor, pixel, target),
-    TL_LAYOUT(RestirPush, frame, points, previousPoints, previous, neighbors, merged, final, direct, lightCandidates,
-              bsdfCandidates, bsdfRoughness, maxHistory, spatialNeighbors, radius, history, alone),
+    TL_LAYOUT(LightTile, lights, means, total, frames),
+    TL_LAYOUT(ChosenLight, light, luminance),
+    TL_LAYOUT(LearnPush, frame, chosen, tiles, restart),
+    TL_LAYOUT(RestirPush, frame, points, previousPoints, previous, neighbors, merged, final, direct, tiles, chosen, learned,
+              lightCandidates, learnedCandidates, bsdfCandidates, bsdfRoughness, maxHistory, spatialNeighbors, radius,
+              history, alone),
     TL_LAYOUT(VisibilityPush, frame, points, emission, albedo, normal, depth, motion, maxBounces, flags),
 };
 

@@ -7,50 +7,54 @@
 
 layout(push_constant, scalar) uniform Push { RestirPush push; };
 
+#include "scene/light_tiles.glsl"
 #include "scene/pass.glsl"
-#include "scene/previous.glsl"
 #include "scene/reservoir.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// The candidate kept so far. Each enters with w = luminance(f L) / sum over techniques t of M_t p_t, by solid angle: its
-// balance-heuristic weight p_s / sum M_t p_t, times pHat / p_s.
+// The candidate kept so far. Each enters with w = pHat / sum over techniques t of M_t p_t, by solid angle: its
+// balance-heuristic weight p_s / sum M_t p_t, times pHat / p_s. Here pHat is what choiceTarget makes of luminance(f L).
 struct Stream {
     float sum;
     DirectSample kept;
     vec3 contribution; // f L
+    float target;      // pHat
     float arrival;     // share of BSDF samples towards it that arrive; 0: a light sample
 };
 
-void offer(inout Stream s, DirectSample d, vec3 contribution, float density, float arrival, float u) {
-    const float w = luminance(contribution) / density;
+// `pdf`: of its light's samples; `bsdfDensity`: expected number of BSDF samples there. Both by solid angle.
+void offer(inout Stream s, LightChoice choice, DirectSample d, vec3 contribution, float pdf, float bsdfDensity,
+           float arrival, float u) {
+    const float target = choiceTarget(choice, d.light, luminance(contribution), pdf);
+    const float w = target / (choiceDensity(choice, d.light) * pdf + bsdfDensity);
     if (!(w > 0.0) || !isFinite(w) || !reservoirTakes(s.sum, w, u)) return;
     s.kept = d;
     s.contribution = contribution;
+    s.target = target;
     s.arrival = arrival;
 }
 
-void offerLightSample(Shading shading, float bsdfSamples, inout Stream s, inout Sampler rng) {
-    const DirectSample d = sampleDirect(shading.surface.position, rng);
+void offerLightSample(Shading shading, LightChoice choice, uint light, float bsdfSamples, inout Stream s,
+                      inout Sampler rng) {
+    const DirectSample d = sampleLight(shading.surface.position, light, sample2D(rng));
     const float u = sample1D(rng);
     if (!(d.pdfSolidAngle > 0.0)) return;
     float pdfBsdf;
     const vec3 f = evalBsdf(shading, d.wi, pdfBsdf);
-    const float density = float(push.lightCandidates) * d.pdfSolidAngle + (d.delta ? 0.0 : bsdfSamples * pdfBsdf);
-    offer(s, d, f * d.radiance, density, 0.0, u);
+    offer(s, choice, d, f * d.radiance, d.pdfSolidAngle, d.delta ? 0.0 : bsdfSamples * pdfBsdf, 0.0, u);
 }
 
-// `pdfLight`: solid angle, of choosing the light and the direction by light samples.
-void offerSeen(Shading shading, uint light, vec2 uv, float pdfLight, float bsdfSamples, float opacity, inout Stream s,
-               inout Sampler rng) {
+void offerSeen(Shading shading, LightChoice choice, uint light, vec2 uv, float pdf, float bsdfSamples, float opacity,
+               inout Stream s, inout Sampler rng) {
     const DirectSample d = directSampleAt(shading.surface.position, light, uv);
     if (!(d.pdfSolidAngle > 0.0) || d.delta) return;
     float pdfBsdf;
     const vec3 f = evalBsdf(shading, d.wi, pdfBsdf);
-    offer(s, d, f * d.radiance, float(push.lightCandidates) * pdfLight + bsdfSamples * pdfBsdf, opacity, sample1D(rng));
+    offer(s, choice, d, f * d.radiance, pdf, bsdfSamples * pdfBsdf, opacity, sample1D(rng));
 }
 
-void offerBsdfSample(Shading shading, float pSkipped, float bsdfSamples, inout Stream s, inout Sampler rng) {
+void offerBsdfSample(Shading shading, LightChoice choice, float pSkipped, float bsdfSamples, inout Stream s, inout Sampler rng) {
     vec3 u = sample3D(rng);
     u.z = pSkipped + (1.0 - pSkipped) * u.z;
     const BsdfSample bounce = bsdfSample(shading.bsdf, shading.woLocal, min(u, vec3(kOneMinusEpsilon)));
@@ -65,7 +69,7 @@ void offerBsdfSample(Shading shading, float pSkipped, float bsdfSamples, inout S
             const Light light = TL_SCENE.lights.v[i];
             if (isBlack(lightRadiance(light, wi, lightUv(light, from.position, wi)))) continue;
             const float pdf = lightPdfSolidAngle(light, TL_SCENE.distributions, from.position, from.position, wi);
-            offerSeen(shading, i, infiniteLocalUv(light, wi), light.selection * pdf, bsdfSamples, 1.0, s, rng);
+            offerSeen(shading, choice, i, infiniteLocalUv(light, wi), pdf, bsdfSamples, 1.0, s, rng);
         }
         return;
     }
@@ -76,7 +80,8 @@ void offerBsdfSample(Shading shading, float pSkipped, float bsdfSamples, inout S
     opacity = hitOpacity(hit, emitter);
 #endif
     const vec2 uv = lightUvOfHit(TL_SCENE.lights.v[emitter.light], hit);
-    offerSeen(shading, emitter.light, uv, directPdfSolidAngle(from.position, emitter, wi), bsdfSamples, opacity, s, rng);
+    const float pdf = sampledLightPdf(from.position, emitter.light, emitter, wi);
+    offerSeen(shading, choice, emitter.light, uv, pdf, bsdfSamples, opacity, s, rng);
 }
 
 // What is left of the kept candidate's light on its way; 1 for BSDF samples: they have been there.
@@ -91,7 +96,21 @@ float keptVisibility(Shading shading, inout Stream s) {
 #endif
 }
 
-Stream drawCandidates(Shading shading, inout Sampler rng) {
+// By this pixel's tile or, so that their borders don't show, one that is less than half a tile away.
+LightChoice chooseLights(uvec2 pixel, inout Sampler rng) {
+#if TL_CHOICE
+    LightChoice choice = lightChoice(push.lightCandidates);
+    if (push.learned == 0u) return choice;
+    const ivec2 near = ivec2(pixel) + ivec2(floor((sample2D(rng) - 0.5) * float(kTileSide)));
+    const uvec2 inside = uvec2(clamp(near, ivec2(0), ivec2(TL_FRAME.width, TL_FRAME.height) - 1));
+    learnFrom(push.tiles.v[tileIndex(inside / kTileSide)], push.learnedCandidates, choice);
+    return choice;
+#else
+    return lightChoice(push.lightCandidates);
+#endif
+}
+
+Stream drawCandidates(uvec2 pixel, Shading shading, inout Sampler rng) {
     Stream s;
     s.sum = 0.0;
     s.contribution = vec3(0.0);
@@ -102,12 +121,16 @@ Stream drawCandidates(Shading shading, inout Sampler rng) {
     const bool sharp = bsdfSharpestRoughness(shading.bsdf) <= push.bsdfRoughness;
     const uint count = sharp ? push.bsdfCandidates : 0u;
     const float bsdfSamples = float(count) / (1.0 - pSkipped);
-    for (uint i = 0u; i < push.lightCandidates; ++i) offerLightSample(shading, bsdfSamples, s, rng);
-    for (uint i = 0u; i < count; ++i) offerBsdfSample(shading, pSkipped, bsdfSamples, s, rng);
+    const LightChoice choice = chooseLights(pixel, rng);
+    for (uint i = 0u; i < choice.learned + choice.byPower; ++i) {
+        const uint light = chooseLight(choice, i, rng);
+        offerLightSample(shading, choice, light, bsdfSamples, s, rng);
+    }
+    for (uint i = 0u; i < count; ++i) offerBsdfSample(shading, choice, pSkipped, bsdfSamples, s, rng);
     return s;
 }
 
-vec3 estimate(Stream s, float share) { return s.contribution * (s.sum / luminance(s.contribution)) * share; }
+vec3 estimate(Stream s, float share) { return s.contribution * (s.sum / s.target) * share; }
 
 #if TL_REUSE
 Reservoir describe(VisiblePoint point, Shading shading) {
@@ -129,7 +152,7 @@ vec3 keepCandidate(Shading shading, Stream s, inout Reservoir r) {
     r.light = s.kept.light;
     r.uv = s.kept.uv;
     r.target = luminance(s.contribution) / perUv;
-    finishReservoir(r, s.sum);
+    finishReservoir(r, s.sum * (luminance(s.contribution) / s.target));
     if (TL_UNBIASED != 0) r.target *= share;
     return direct;
 }
@@ -160,11 +183,12 @@ void main() {
     TemporalNeighbor neighbor = TemporalNeighbor(kNone, 0.0);
 #endif
     vec3 direct = vec3(0.0);
+    Stream s;
     if (point.instance != kNone) {
         Sampler rng = pixelSampler(pixel);
         rng.dimension = point.dimension;
         const Shading shading = shadeVisiblePoint(point);
-        Stream s = drawCandidates(shading, rng);
+        s = drawCandidates(pixel, shading, rng);
 #if TL_REUSE
         r = describe(point, shading);
         if (s.sum > 0.0) direct = point.throughput * keepCandidate(shading, s, r);
@@ -184,6 +208,11 @@ void main() {
     }
     if (push.alone != 0u)
 #endif
+    {
         push.direct.v[index] = direct;
+#if TL_CHOICE
+        push.chosen.v[index] = ChosenLight(s.kept.light, luminance(direct));
+#endif
+    }
     countRays(rayCount);
 }

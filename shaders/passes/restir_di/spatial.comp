@@ -98,5 +98,8 @@ void main() {
     }
     push.final.v[index] = r;
     push.direct.v[index] = direct;
+#if TL_CHOICE
+    push.chosen.v[index] = ChosenLight(r.light, luminance(direct));
+#endif
     countRays(rayCount);
 }
