@@ -117,7 +117,7 @@ public:
             value = number(1) != 0;
         } else if constexpr (std::is_enum_v<T>) {
             const auto index = read<uint32_t>();
-            check(isValid(static_cast<T>(index)), "a value that does not exist");
+            check(exists(index, T{}), "a value that does not exist");
             value = static_cast<T>(index);
         } else {
             static_assert(Plain<T>);
@@ -177,13 +177,13 @@ private:
     }
 
     static bool isId(uint32_t id, uint32_t count) { return id == ~0u || id < count; }
-    bool isValid(MeshId id) const { return isId(static_cast<uint32_t>(id), counts_.meshes); }
-    bool isValid(MaterialId id) const { return isId(static_cast<uint32_t>(id), counts_.materials); }
-    bool isValid(TextureId id) const { return isId(static_cast<uint32_t>(id), counts_.textures); }
-    static bool isValid(LightKind kind) { return kind <= LightKind::Dome; }
-    static bool isValid(Wrap wrap) { return wrap <= Wrap::Black; }
-    static bool isValid(Blend blend) { return blend <= Blend::Rigid; }
-    static bool isValid(Target target) { return target <= Target::MeshPoints; }
+    bool exists(uint32_t id, MeshId) const { return isId(id, counts_.meshes); }
+    bool exists(uint32_t id, MaterialId) const { return isId(id, counts_.materials); }
+    bool exists(uint32_t id, TextureId) const { return isId(id, counts_.textures); }
+    static bool exists(uint32_t kind, LightKind) { return kind <= static_cast<uint32_t>(LightKind::Dome); }
+    static bool exists(uint32_t wrap, Wrap) { return wrap <= static_cast<uint32_t>(Wrap::Black); }
+    static bool exists(uint32_t blend, Blend) { return blend <= static_cast<uint32_t>(Blend::Rigid); }
+    static bool exists(uint32_t target, Target) { return target <= static_cast<uint32_t>(Target::MeshPoints); }
 
     std::span<const std::byte> file_;
     size_t at_;

@@ -471,6 +471,19 @@ TEST_F(Snapshot, NothingIsBelieved) {
     EXPECT_LT(declined, 1000u);
 }
 
+/// Numbers that are no value of an enumeration, whatever its type.
+TEST_F(Snapshot, EnumerationsAreChecked) {
+    const auto scene = everything();
+    for (const int value : {4, -1, 1 << 20}) {
+        scene->editTexture(TextureId{0}).wrapS = static_cast<Wrap>(value);
+        EXPECT_NE(errorOf(written(*scene)), "") << value;
+    }
+    scene->editTexture(TextureId{0}).wrapS = Wrap::Black;
+    EXPECT_EQ(errorOf(written(*scene)), "");
+    scene->editMaterial(MaterialId{0}).roughnessMap.texture = TextureId{2};
+    EXPECT_NE(errorOf(written(*scene)), "") << "a texture that is not there";
+}
+
 /// A BVH that runs in circles, is shared, or leads outside would hang or crash the tracer.
 TEST_F(Snapshot, BvhIsChecked) {
     const auto scene = everything();
