@@ -1,6 +1,9 @@
 #include "scene/snapshot_playback.h"
 
+#include "core/log.h"
 #include "scene/snapshot_track.h"
+
+#include <fmt/core.h>
 
 #include <set>
 
@@ -123,12 +126,16 @@ void checkMesh(const Mesh& mesh, const std::string& where) {
         throw damaged("a mesh whose arrays do not fit", where);
 }
 
-Playback::Playback(Scene& scene, std::vector<KnownEntity> entities, Reader& reader)
-    : scene_(scene), entities_(std::move(entities)) {
+Playback::Playback(Scene& scene, std::vector<KnownEntity> entities, bool restricted, Reader& reader)
+    : scene_(scene), entities_(std::move(entities)), restricted_(restricted) {
     for (size_t n = reader.count(sizeof(Target)); n > 0; --n) players_.push_back(readPlayer(reader));
 }
 
 void Playback::setTime(double timeCode) {
+    if (restricted_ && (timeCode < scene_.startTime.value_or(timeCode) || timeCode > scene_.endTime.value_or(timeCode)))
+        log::writeOnce(log::Level::Warning, scene_.path,
+                       fmt::format("{}: time {:g} is outside what was cooked: the nearest that was is shown",
+                                   scene_.path, timeCode));
     std::vector<std::pair<uint64_t, uint64_t>> before;
     for (const Mesh& mesh : scene_.meshes()) before.emplace_back(mesh.topologyRevision, mesh.pointsRevision);
     for (const auto& player : players_) player->apply(*this, timeCode);

@@ -36,8 +36,9 @@ public:
 /// The source of a scene that was read from a snapshot.
 class Playback final : public SceneSource {
 public:
-    /// Reads the tracks. The scene outlives this.
-    Playback(Scene& scene, std::vector<KnownEntity> entities, Reader& reader);
+    /// Reads the tracks. `restricted`: the stage goes on before and after the scene's time range. The scene outlives
+    /// this.
+    Playback(Scene& scene, std::vector<KnownEntity> entities, bool restricted, Reader& reader);
 
     void setTime(double timeCode) override;
     std::vector<double> sampleTimes() const override;
@@ -52,6 +53,7 @@ private:
     Scene& scene_;
     std::vector<KnownEntity> entities_;
     std::vector<std::unique_ptr<Player>> players_;
+    bool restricted_;
 };
 
 } // namespace trilume::snapshot

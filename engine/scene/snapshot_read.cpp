@@ -121,6 +121,7 @@ std::unique_ptr<Scene> readSnapshot(const std::filesystem::path& path) {
     const auto counts = info.read<Counts>();
     info(scene->startTime);
     info(scene->endTime);
+    const bool restricted = info.read<bool>();
     info(scene->timeCodesPerSecond);
     info(scene->renderSettings.camera);
     info(scene->renderSettings.width);
@@ -153,7 +154,7 @@ std::unique_ptr<Scene> readSnapshot(const std::filesystem::path& path) {
     readComponents<Light>(components, *scene, entities);
     readComponents<Camera>(components, *scene, entities);
 
-    auto playback = std::make_unique<Playback>(*scene, std::move(entities), tracks);
+    auto playback = std::make_unique<Playback>(*scene, std::move(entities), restricted, tracks);
     if (playback->varies()) scene->source = std::move(playback);
     return scene;
 }

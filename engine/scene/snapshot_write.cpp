@@ -100,6 +100,7 @@ void writeInfo(Writer& writer, const Scene& scene, std::span<const double> frame
     writer(counts);
     writer(start);
     writer(end);
+    writer(!frames.empty());
     writer(scene.timeCodesPerSecond);
     writer(scene.renderSettings.camera);
     writer(scene.renderSettings.width);

@@ -174,6 +174,9 @@ def test_frames_restrict_what_is_baked(render, tmp_path, varying):
     last = render(tmp_path / "part.tlscene", *options, "-f", 3, size=SMALL).image
     assert (last == render(whole, *options, "-f", 3, size=SMALL).image).all()
     assert (tmp_path / "part.tlscene").stat().st_size < whole.stat().st_size
+    late = render(tmp_path / "part.tlscene", *options, "-f", "4", size=SMALL)
+    assert "time 4 is outside what was cooked" in late.stderr
+    assert late.stderr.count("warning") == 1
 
 
 def test_textures_are_inside(render, tmp_path):
