@@ -1,6 +1,6 @@
 #pragma once
 
-#include "render/device_table.h"
+#include "gpu/device_table.h"
 #include "scene/scene.h"
 #include "shared/material.h"
 
@@ -70,8 +70,8 @@ private:
     std::vector<DeviceTexture> textures_;
     std::vector<uint64_t> revisions_;
     std::vector<Traits> traits_;
-    DeviceTable<shared::Material> materials_{"materials"};
-    DeviceTable<shared::TextureInput> inputs_{"texture inputs"};
+    gpu::DeviceTable<shared::Material> materials_{"materials"};
+    gpu::DeviceTable<shared::TextureInput> inputs_{"texture inputs"};
     bool textured_ = false, cutouts_ = false, specular_ = false, rough_ = false, transmissive_ = false,
          clearcoated_ = false;
 };

@@ -15,6 +15,9 @@ namespace {
 
 using shared::kNone;
 
+/// In place of an instance's index: when the entity moves, lights do as well.
+constexpr uint32_t kLit = kNone - 1;
+
 glm::mat4x3 affine(const glm::dmat4& m) { return glm::mat4x3(glm::mat4(m)); }
 
 template<class T>
@@ -40,6 +43,8 @@ std::pair<uint32_t, glm::dmat4> lightShape(const Light& light) {
     }
     return {kNone, glm::dmat4(1)};
 }
+
+glm::dmat4 ballOf(const SphereInstance& sphere) { return glm::scale(glm::dmat4(1), glm::dvec3(sphere.radius)); }
 
 bool isInfinite(const Light& light) { return light.kind == LightKind::Distant || light.kind == LightKind::Dome; }
 
@@ -83,7 +88,7 @@ void GpuScene::followChanges() {
     ++revision_;
     if (!facts_.sceneChanged) return;
     if (materialsChanged || meshesChanged) ++facts_.lightingRevision;
-    updateInstances();
+    if (materialsChanged || meshesChanged || first || !moveInstances()) updateInstances();
     const rt::AccelStats& built = accel_.stats();
     facts_.geometryChanged = built.blasBuilt + built.blasRefit + built.tlasBuilt > 0;
     seen_ = scene_.world.now(); // an update that failed is tried again
@@ -156,35 +161,42 @@ void GpuScene::replace(gpu::Buffer& buffer, gpu::Buffer replacement) {
     buffer = std::move(replacement);
 }
 
-uint32_t GpuScene::addInstance(Draft& draft, uint32_t shape, uint32_t mesh, const WorldTransform& transform,
-                               const glm::dmat4& localFromShape, std::span<const uint32_t> materials,
-                               uint32_t mask) const {
+void GpuScene::place(shared::Instance& instance, rt::InstanceInput& traced, const WorldTransform& transform,
+                     const glm::dmat4& localFromShape) const {
     const auto renderFromShape = [&](const glm::dmat4& worldFromLocal) {
         glm::dmat4 m = worldFromLocal * localFromShape;
         m[3] -= glm::dvec4(origin_, 0);
         return m;
     };
     const glm::dmat4 now = renderFromShape(transform.worldFromLocal);
-    shared::Instance instance{};
     instance.worldFromLocal = affine(now);
     instance.localFromWorld = affine(glm::inverse(now));
     instance.previousWorldFromLocal = affine(renderFromShape(transform.previousWorldFromLocal));
+    instance.flags = glm::determinant(glm::dmat3(now)) < 0 ? shared::kInstanceFlips : 0;
+    traced.worldFromLocal = instance.worldFromLocal;
+}
+
+uint32_t GpuScene::addInstance(Draft& draft, Entity entity, uint32_t shape, uint32_t mesh,
+                               const glm::dmat4& localFromShape, std::span<const uint32_t> materials, uint32_t mask) {
+    const auto index = static_cast<uint32_t>(draft.instances.size());
+    shared::Instance& instance = draft.instances.emplace_back(shared::Instance{});
     instance.shape = shape;
     instance.mesh = mesh;
     instance.firstMaterial = static_cast<uint32_t>(draft.materialIndices.size());
     instance.firstLight = kNone;
     instance.mask = mask;
-    if (glm::determinant(glm::dmat3(now)) < 0) instance.flags |= shared::kInstanceFlips;
     draft.materialIndices.insert(draft.materialIndices.end(), materials.begin(), materials.end());
-    draft.instances.push_back(instance);
 
-    rt::InstanceInput traced{};
+    rt::InstanceInput& traced = draft.traced.emplace_back();
     traced.shape = shape;
     traced.mesh = mesh == kNone ? rt::MeshAccelId{} : meshes_[mesh].accel;
-    traced.worldFromLocal = instance.worldFromLocal;
     traced.mask = mask;
-    draft.traced.push_back(traced);
-    return static_cast<uint32_t>(draft.instances.size() - 1);
+    place(instance, traced, *scene_.world.find<WorldTransform>(entity), localFromShape);
+
+    if (instanceOf_.size() <= entity.index) instanceOf_.resize(entity.index + 1, kNone);
+    uint32_t& instanceOf = instanceOf_[entity.index];
+    instanceOf = instanceOf == kNone ? index : kLit; // one with several shapes is rare enough to be treated as lit
+    return index;
 }
 
 uint32_t GpuScene::stableId(Entity entity, uint32_t count) {
@@ -241,6 +253,8 @@ const GpuScene::LightTexture* GpuScene::lightTexture(TextureId texture, LightKin
 
 void GpuScene::addLight(Draft& draft, const Light& light, const glm::dmat4& worldFromLocal, uint32_t instance,
                         Entity owner) {
+    if (instanceOf_.size() <= owner.index) instanceOf_.resize(owner.index + 1, kNone);
+    instanceOf_[owner.index] = kLit;
     LightInput input{
         .component = &light, .worldFromLocal = worldFromLocal, .instance = instance, .id = stableId(owner, 1)};
     if (const LightTexture* texture = lightTexture(light.texture, light.kind, input.distribution)) {
@@ -264,9 +278,10 @@ void GpuScene::addMeshes(Draft& draft) {
             emits |= (materials_.material(materials[i]).flags & shared::kMaterialEmissive) != 0;
         }
         const WorldTransform& transform = *scene_.world.find<WorldTransform>(entity);
-        const uint32_t instance = addInstance(draft, shared::kShapeMesh, meshIndex, transform, glm::dmat4(1), materials,
+        const uint32_t instance = addInstance(draft, entity, shared::kShapeMesh, meshIndex, glm::dmat4(1), materials,
                                               maskOf(scene_.world.find<Visibility>(entity)));
         if (!emits) return;
+        instanceOf_[entity.index] = kLit;
         EmissiveMeshInput input{};
         input.mesh = &mesh;
         input.worldFromLocal = transform.worldFromLocal;
@@ -287,9 +302,8 @@ void GpuScene::addSpheres(Draft& draft) {
     scene_.world.each<SphereInstance>([&](Entity entity, const SphereInstance& sphere) {
         if (!(sphere.radius > 0) || !scene_.isVisible(entity)) return;
         const WorldTransform& transform = *scene_.world.find<WorldTransform>(entity);
-        const glm::dmat4 localFromShape = glm::scale(glm::dmat4(1), glm::dvec3(sphere.radius));
         const uint32_t material = materials_.index(sphere.material);
-        const uint32_t instance = addInstance(draft, shared::kShapeSphere, kNone, transform, localFromShape,
+        const uint32_t instance = addInstance(draft, entity, shared::kShapeSphere, kNone, ballOf(sphere),
                                               std::span(&material, 1), maskOf(scene_.world.find<Visibility>(entity)));
         if (materials_.emission(material) == glm::vec3(0)) return;
         Light& light = draft.emitters.emplace_back();
@@ -316,13 +330,64 @@ void GpuScene::addLights(Draft& draft) {
         if (!light.visibleToCamera) mask &= ~shared::kMaskCamera;
         const uint32_t material = GpuMaterials::kBlack;
         const uint32_t instance =
-            addInstance(draft, shape, kNone, transform, localFromShape, std::span(&material, 1), mask);
+            addInstance(draft, entity, shape, kNone, localFromShape, std::span(&material, 1), mask);
         addLight(draft, light, transform.worldFromLocal, instance, entity);
     });
 }
 
+std::array<size_t, 6> GpuScene::componentCounts() const {
+    const World& world = scene_.world;
+    return {world.count<MeshInstance>(),   world.count<SphereInstance>(), world.count<Light>(),
+            world.count<WorldTransform>(), world.count<Visibility>(),     world.count<InheritedVisibility>()};
+}
+
+bool GpuScene::onlyTransformsChanged() const {
+    bool others = componentCounts() != counts_; // tells removals; what was added counts as changed
+    const auto note = [&](Entity, const auto&) { others = true; };
+    scene_.world.eachChanged<MeshInstance>(*seen_, note);
+    scene_.world.eachChanged<SphereInstance>(*seen_, note);
+    scene_.world.eachChanged<Light>(*seen_, note);
+    scene_.world.eachChanged<Visibility>(*seen_, note);
+    scene_.world.eachChanged<InheritedVisibility>(*seen_, note);
+    return !others;
+}
+
+bool GpuScene::moveInstances() {
+    if (!onlyTransformsChanged()) return false;
+    // The power of lights at infinity, and so the choice among all, goes by the scene's size.
+    const Bounds bounds = scene_.bounds();
+    if (table_.infiniteLightCount > 0 && static_cast<float>(bounds.radius()) != table_.boundsRadius) return false;
+    std::vector<std::pair<uint32_t, Entity>> moved;
+    bool lit = false;
+    scene_.world.eachChanged<WorldTransform>(*seen_, [&](Entity entity, const WorldTransform&) {
+        const uint32_t index = entity.index < instanceOf_.size() ? instanceOf_[entity.index] : kNone;
+        lit |= index == kLit;
+        if (index < kLit) moved.emplace_back(index, entity);
+    });
+    if (lit) return false;
+
+    std::vector<std::pair<uint32_t, shared::Instance>> placed;
+    placed.reserve(moved.size());
+    for (const auto& [index, entity] : moved) {
+        shared::Instance instance = instances_.values()[index];
+        const SphereInstance* sphere = scene_.world.find<SphereInstance>(entity);
+        place(instance, traced_[index], *scene_.world.find<WorldTransform>(entity),
+              sphere ? ballOf(*sphere) : glm::dmat4(1));
+        facts_.dynamicInstances += instance.worldFromLocal != instance.previousWorldFromLocal ? 1 : 0;
+        placed.emplace_back(index, instance);
+    }
+    accel_.setInstances(traced_);
+    if (instances_.replace(device_, placed)) ++facts_.lightingRevision;
+    if (facts_.specularCasters > 0)
+        casters_.assign(device_, findCasters(instances_.values(), materialIndices_.values()));
+    updateTable(bounds);
+    return true;
+}
+
 void GpuScene::updateInstances() {
     usedDistributions_.clear();
+    instanceOf_.clear();
+    counts_ = {};
     std::erase_if(lightIds_, [&](const auto& entry) {
         return !scene_.world.alive({static_cast<uint32_t>(entry.first), static_cast<uint32_t>(entry.first >> 32)});
     });
@@ -339,10 +404,11 @@ void GpuScene::updateInstances() {
     for (size_t i = 0; i < draft.emissive.size(); ++i)
         draft.instances[draft.emissive[i].instance].firstLight = lights.firstLight[i];
 
-    accel_.setInstances(draft.traced);
+    traced_ = std::move(draft.traced);
+    accel_.setInstances(traced_);
     facts_.lights = static_cast<uint32_t>(lights.lights.size());
     updateFacts(draft);
-    casters_.assign(device_, findCasters(draft));
+    casters_.assign(device_, findCasters(draft.instances, draft.materialIndices));
     matchLights(lights_.values(), lights.lights);
     for (const shared::Light& light : lights.lights) lightKinds_ |= 1u << light.kind;
     const bool lightsChanged = lights_.assign(device_, std::move(lights.lights));
@@ -353,7 +419,13 @@ void GpuScene::updateInstances() {
     const bool instancesChanged = instances_.assign(device_, std::move(draft.instances));
     const bool bindingsChanged = materialIndices_.assign(device_, std::move(draft.materialIndices));
     if (lightsChanged || instancesChanged || bindingsChanged) ++facts_.lightingRevision;
+    table_.infiniteLightCount = lights.infiniteCount;
+    table_.lightPower = static_cast<float>(lights.power);
+    updateTable(bounds);
+    counts_ = componentCounts(); // last: an update that failed is tried again
+}
 
+void GpuScene::updateTable(const Bounds& bounds) {
     table_.topNodes = accel_.topNodes();
     table_.topInstances = accel_.topInstances();
     table_.instances = instances_.address();
@@ -369,10 +441,8 @@ void GpuScene::updateInstances() {
     table_.casterCount = casters_.size();
     table_.instanceCount = instances_.size();
     table_.lightCount = lights_.size();
-    table_.infiniteLightCount = lights.infiniteCount;
     table_.boundsCenter = bounds.empty() ? glm::vec3(0) : glm::vec3(bounds.center() - origin_);
     table_.boundsRadius = static_cast<float>(bounds.radius());
-    table_.lightPower = static_cast<float>(lights.power);
     facts_.boundsMin = facts_.boundsMax = glm::vec3(0);
     if (!bounds.empty()) {
         facts_.boundsMin = glm::vec3(bounds.min - origin_);
@@ -392,17 +462,17 @@ void GpuScene::updateFacts(const Draft& draft) {
         facts_.dynamicInstances += instance.worldFromLocal != instance.previousWorldFromLocal ? 1 : 0;
 }
 
-std::vector<shared::Caster> GpuScene::findCasters(const Draft& draft) {
+std::vector<shared::Caster> GpuScene::findCasters(std::span<const shared::Instance> instances,
+                                                  std::span<const uint32_t> materialIndices) {
     facts_.specularCasters = 0;
     std::vector<shared::Caster> casters;
-    for (size_t i = 0; i < draft.instances.size(); ++i) {
-        const shared::Instance& instance = draft.instances[i];
-        const size_t end =
-            i + 1 < draft.instances.size() ? draft.instances[i + 1].firstMaterial : draft.materialIndices.size();
+    for (size_t i = 0; i < instances.size(); ++i) {
+        const shared::Instance& instance = instances[i];
+        const size_t end = i + 1 < instances.size() ? instances[i + 1].firstMaterial : materialIndices.size();
         std::vector<Ball> balls;
         bool casts = false;
         for (size_t k = instance.firstMaterial; k < end; ++k) {
-            if (!materials_.castsCaustics(draft.materialIndices[k])) continue;
+            if (!materials_.castsCaustics(materialIndices[k])) continue;
             casts = true;
             if (instance.shape == shared::kShapeSphere) balls.push_back({glm::dvec3(0), 1});
             if (instance.shape != shared::kShapeMesh) continue;

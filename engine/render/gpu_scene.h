@@ -1,14 +1,15 @@
 #pragma once
 
+#include "gpu/device_table.h"
 #include "graph/graph.h"
 #include "light/light_table.h"
 #include "render/casters.h"
-#include "render/device_table.h"
 #include "render/gpu_materials.h"
 #include "rt/accel.h"
 #include "scene/scene.h"
 #include "shared/scene.h"
 
+#include <array>
 #include <deque>
 #include <map>
 #include <optional>
@@ -70,15 +71,25 @@ private:
     bool updateMeshes();
     void updateMesh(const Mesh& mesh, DeviceMesh& device);
     void updateInstances();
-    uint32_t addInstance(Draft& draft, uint32_t shape, uint32_t mesh, const WorldTransform& transform,
-                         const glm::dmat4& localFromShape, std::span<const uint32_t> materials, uint32_t mask) const;
+    /// Where nothing but the places of things without light changed since the last update, updates just those; else
+    /// does nothing and returns false.
+    bool moveInstances();
+    /// How many there are of each kind of component that instances are made from.
+    std::array<size_t, 6> componentCounts() const;
+    bool onlyTransformsChanged() const;
+    void updateTable(const Bounds& bounds);
+    void place(shared::Instance& instance, rt::InstanceInput& traced, const WorldTransform& transform,
+               const glm::dmat4& localFromShape) const;
+    uint32_t addInstance(Draft& draft, Entity entity, uint32_t shape, uint32_t mesh, const glm::dmat4& localFromShape,
+                         std::span<const uint32_t> materials, uint32_t mask);
     void addMeshes(Draft& draft);
     void addSpheres(Draft& draft);
     void addLights(Draft& draft);
     void addLight(Draft& draft, const Light& light, const glm::dmat4& worldFromLocal, uint32_t instance, Entity owner);
     void updateFacts(const Draft& draft);
     /// Balls around what casts caustics; counts them.
-    std::vector<shared::Caster> findCasters(const Draft& draft);
+    std::vector<shared::Caster> findCasters(std::span<const shared::Instance> instances,
+                                            std::span<const uint32_t> materialIndices);
     struct LightTexture;
     /// The texture's importance-sampled density, with its index in the device's table; null without a texture.
     const LightTexture* lightTexture(TextureId texture, LightKind kind, uint32_t& distribution);
@@ -97,14 +108,14 @@ private:
     uint64_t revision_ = 0;
 
     std::vector<DeviceMesh> meshes_;
-    DeviceTable<shared::Mesh> meshTable_{"meshes"};
-    DeviceTable<shared::Instance> instances_{"instances"};
-    DeviceTable<uint32_t> materialIndices_{"material indices"};
-    DeviceTable<shared::Light> lights_{"lights"};
-    DeviceTable<shared::AliasEntry> alias_{"light alias table"};
-    DeviceTable<uint32_t> lightOfTriangle_{"lights of triangles"};
-    DeviceTable<shared::Distribution> distributions_{"light distributions"};
-    DeviceTable<shared::Caster> casters_{"casters of caustics"};
+    gpu::DeviceTable<shared::Mesh> meshTable_{"meshes"};
+    gpu::DeviceTable<shared::Instance> instances_{"instances"};
+    gpu::DeviceTable<uint32_t> materialIndices_{"material indices"};
+    gpu::DeviceTable<shared::Light> lights_{"lights"};
+    gpu::DeviceTable<shared::AliasEntry> alias_{"light alias table"};
+    gpu::DeviceTable<uint32_t> lightOfTriangle_{"lights of triangles"};
+    gpu::DeviceTable<shared::Distribution> distributions_{"light distributions"};
+    gpu::DeviceTable<shared::Caster> casters_{"casters of caustics"};
 
     struct LightTexture {
         uint64_t revision = 0;
@@ -119,8 +130,12 @@ private:
     uint32_t nextLightId_ = 0;
     uint32_t lightKinds_ = 0;
     bool lightsRenumbered_ = false;
-    DeviceTable<uint32_t> currentLight_{"lights since last frame"};
-    DeviceTable<uint32_t> previousLight_{"lights in last frame"};
+    gpu::DeviceTable<uint32_t> currentLight_{"lights since last frame"};
+    gpu::DeviceTable<uint32_t> previousLight_{"lights in last frame"};
+
+    std::vector<rt::InstanceInput> traced_; ///< beside instances_
+    std::vector<uint32_t> instanceOf_;      ///< by index of the entity: its instance, kNone, or kLit
+    std::array<size_t, 6> counts_{};        ///< componentCounts() at the last updateInstances()
 
     std::vector<gpu::Buffer> retired_; ///< of meshes, in last update
     shared::SceneTable table_{}, previousTable_{};

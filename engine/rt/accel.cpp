@@ -73,6 +73,7 @@ struct SceneAccel::State {
     std::vector<Mesh> meshes;
     std::vector<uint32_t> freeSlots;
     std::vector<InstanceInput> instances;
+    std::vector<Box> bounds; ///< of the instances, in the world
     bool topOutdated = true;
     AccelStats stats;
 
@@ -158,16 +159,21 @@ void SceneAccel::setInstances(std::span<const InstanceInput> instances) {
     State& state = *state_;
     if (!state.topOutdated && std::ranges::equal(instances, state.instances)) return;
     const Stopwatch watch;
-    state.instances.assign(instances.begin(), instances.end());
+    if (state.topOutdated) state.instances.clear(); // meshes changed, and with them any bounds
+    state.bounds.resize(instances.size());
     std::vector<PlacedInstance> placed;
     placed.reserve(instances.size());
     for (uint32_t i = 0; i < instances.size(); ++i) {
-        const InstanceInput& instance = state.instances[i];
-        Box mesh;
-        if (instance.shape == shared::kShapeMesh && instance.mesh) mesh = state.at(instance.mesh).bounds;
-        const Box bounds = worldBounds(instance, mesh);
-        if (!bounds.empty() && instance.mask != 0) placed.push_back({i, &instance, bounds});
+        const InstanceInput& instance = instances[i];
+        if (i >= state.instances.size() || instance != state.instances[i]) {
+            Box mesh;
+            if (instance.shape == shared::kShapeMesh && instance.mesh) mesh = state.at(instance.mesh).bounds;
+            state.bounds[i] = worldBounds(instance, mesh);
+        }
+        if (!state.bounds[i].empty() && instance.mask != 0) placed.push_back({i, &instance, state.bounds[i]});
     }
+    state.topOutdated = true; // until it is built
+    state.instances.assign(instances.begin(), instances.end());
     state.backend->buildTop(placed);
     state.topOutdated = false;
     ++state.stats.tlasBuilt;

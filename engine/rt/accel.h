@@ -41,8 +41,9 @@ struct MeshAccelReport {
 
 /// What was done since beginUpdate().
 struct AccelStats {
-    uint32_t blasBuilt = 0, blasRefit = 0, tlasBuilt = 0;
-    double buildMs = 0.0; ///< on the calling thread
+    uint32_t blasBuilt = 0, blasRefit = 0;
+    uint32_t tlasBuilt = 0; ///< or refit, where instances only moved
+    double buildMs = 0.0;   ///< on the calling thread
 };
 
 class AccelBackend;
@@ -72,8 +73,8 @@ public:
     MeshAccelAddresses addresses(MeshAccelId id) const;
     MeshAccelReport report(MeshAccelId id) const;
 
-    /// Builds the top level, when an instance or one of the meshes changed since the last call. Instances whose
-    /// transform has no inverse, and meshes without triangles, can't be hit. Throws inputError for more than 4^11
+    /// Builds the top level, or refits it, when an instance or one of the meshes changed since the last call. Instances
+    /// whose transform has no inverse, and meshes without triangles, can't be hit. Throws inputError for more than 4^11
     /// instances.
     void setInstances(std::span<const InstanceInput> instances);
     /// Makes this scene the one that ray queries of the next submission trace: a device knows one at a time.

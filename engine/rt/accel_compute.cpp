@@ -1,4 +1,5 @@
 // The compute tracer's structures: our own BVH, built on the CPU.
+#include "gpu/device_table.h"
 #include "rt/accel_backend.h"
 
 #include <utility>
@@ -46,21 +47,38 @@ public:
 
     void buildTop(std::span<const PlacedInstance> instances) override {
         std::vector<Box> boxes;
+        std::vector<uint32_t> indices;
         boxes.reserve(instances.size());
-        for (const PlacedInstance& instance : instances) boxes.push_back(instance.bounds);
+        indices.reserve(instances.size());
+        for (const PlacedInstance& instance : instances) {
+            boxes.push_back(instance.bounds);
+            indices.push_back(instance.index);
+        }
         BvhOptions options;
         options.maxDepth = shared::kBvhTopDepth;
         options.maxLeafSize = 1;
-        Bvh bvh = buildBvh(boxes, options, TaskPool::shared());
-        for (uint32_t& index : bvh.order) index = instances[index].index;
-        store<shared::BvhNode>(topNodes_, bvh.nodes, "top-level BVH");
-        store<uint32_t>(topInstances_, bvh.order, "top-level BVH");
+        const bool kept = indices == topIndices_ && !indices.empty();
+        if (kept) {
+            std::vector<uint8_t> moved(boxes.size());
+            for (size_t i = 0; i < boxes.size(); ++i) moved[i] = boxes[i] != topBoxes_[i] ? 1 : 0;
+            refitBvh(top_, boxes, options, moved);
+        }
+        topBoxes_ = std::move(boxes);
+        if (!kept || top_.cost > kDecay * builtTopCost_) {
+            top_ = buildBvh(topBoxes_, options, TaskPool::shared());
+            builtTopCost_ = top_.cost;
+            std::vector<uint32_t> order = top_.order;
+            for (uint32_t& index : order) index = indices[index];
+            topInstances_.assign(device_, std::move(order));
+            topIndices_ = std::move(indices);
+        }
+        topNodes_.assign(device_, top_.nodes);
     }
 
     void use(bool) override {} // the scene tables name their structures
 
-    VkDeviceAddress topNodes() const override { return topNodes_.current.address(); }
-    VkDeviceAddress topInstances() const override { return topInstances_.current.address(); }
+    VkDeviceAddress topNodes() const override { return topNodes_.address(); }
+    VkDeviceAddress topInstances() const override { return topInstances_.address(); }
 
 private:
     /// Updates take turns, so that the last one's data outlives the next.
@@ -100,7 +118,12 @@ private:
 
     gpu::Device& device_;
     std::vector<Mesh> meshes_;
-    Pair topNodes_, topInstances_;
+    Bvh top_;                          ///< over topIndices_
+    std::vector<uint32_t> topIndices_; ///< of the instances that can be hit
+    std::vector<Box> topBoxes_;        ///< around them
+    float builtTopCost_ = 0.0f;
+    gpu::DeviceTable<shared::BvhNode> topNodes_{"top-level BVH"};
+    gpu::DeviceTable<uint32_t> topInstances_{"instances of the top-level BVH"};
     std::vector<gpu::Buffer> retired_;
 };
 

@@ -373,27 +373,41 @@ Bvh buildBvh(std::span<const Box> boxes, const BvhOptions& options, TaskPool& po
     return Builder(std::move(references), options, pool).build();
 }
 
-void refitBvh(Bvh& bvh, std::span<const Box> boxes, const BvhOptions& options) {
-    std::vector<Box> nodeBoxes(bvh.nodes.size());
+void refitBvh(Bvh& bvh, std::span<const Box> boxes, const BvhOptions& options, std::span<const uint8_t> moved) {
+    const bool all = moved.empty() || bvh.refits.empty();
+    bvh.refits.resize(bvh.nodes.size());
+    std::vector<uint8_t> stale(bvh.nodes.size(), all);
     double cost = 0.0;
     // Children stand after their parents.
     for (size_t i = bvh.nodes.size(); i-- > 0;) {
         BvhNode& node = bvh.nodes[i];
-        std::array<Box, kArity> children;
-        for (uint32_t c = 0; c < kArity; ++c) {
+        Bvh::Refit& refit = bvh.refits[i];
+        for (uint32_t c = 0; c < kArity && !stale[i]; ++c) {
             const uint32_t child = node.children[c];
-            if (!isLeaf(child)) {
-                children[c] = nodeBoxes[child];
-            } else {
-                for (uint32_t k = 0; k < leafCount(child); ++k)
-                    children[c].grow(boxes[bvh.order[leafFirst(child) + k]]);
-            }
-            nodeBoxes[i].grow(children[c]);
+            const auto primitives = bvh.order.begin() + (isLeaf(child) ? leafFirst(child) : 0);
+            stale[i] = isLeaf(child) ? std::any_of(primitives, primitives + leafCount(child),
+                                                   [&](uint32_t primitive) { return moved[primitive] != 0; })
+                                     : stale[child] != 0;
         }
-        quantise(node, children);
-        cost += nodeCost(children, node, options);
+        if (stale[i]) {
+            std::array<Box, kArity> children;
+            refit.box = {};
+            for (uint32_t c = 0; c < kArity; ++c) {
+                const uint32_t child = node.children[c];
+                if (!isLeaf(child)) {
+                    children[c] = bvh.refits[child].box;
+                } else {
+                    for (uint32_t k = 0; k < leafCount(child); ++k)
+                        children[c].grow(boxes[bvh.order[leafFirst(child) + k]]);
+                }
+                refit.box.grow(children[c]);
+            }
+            quantise(node, children);
+            refit.cost = nodeCost(children, node, options);
+        }
+        cost += refit.cost;
     }
-    bvh.bounds = nodeBoxes[0];
+    bvh.bounds = bvh.refits[0].box;
     bvh.cost = expectedCost(cost, bvh.bounds, options);
 }
 

@@ -25,6 +25,7 @@ struct Box {
         max = glm::max(max, other.max);
     }
     bool empty() const { return !(min.x <= max.x); }
+    friend bool operator==(const Box&, const Box&) = default;
     /// Half the surface area; 0 when empty.
     float halfArea() const {
         if (empty()) return 0.0f;
@@ -46,6 +47,11 @@ struct Bvh {
     Box bounds;
     float cost = 0.0f;  ///< expected cost of a random ray that hits the bounds (surface area heuristic)
     uint32_t depth = 0; ///< inner levels
+    struct Refit {
+        Box box;
+        double cost = 0.0;
+    };
+    std::vector<Refit> refits; ///< of each node, once refit
 };
 
 /// Builds top-down by binned SAH (Wald 2007), straight to four children a node by splitting the child of largest area.
@@ -54,8 +60,9 @@ struct Bvh {
 /// come of them.
 Bvh buildBvh(std::span<const Box> boxes, const BvhOptions& options, TaskPool& pool);
 
-/// Keeps the topology and recomputes every box and the cost. `boxes` as given to the builder, with new extents.
-void refitBvh(Bvh& bvh, std::span<const Box> boxes, const BvhOptions& options);
+/// Keeps the topology and recomputes boxes and the cost. `boxes` as given to the builder, with new extents; `moved`
+/// tells which differ from those of the last refit, empty: any may. Nodes above none that moved stay as they are.
+void refitBvh(Bvh& bvh, std::span<const Box> boxes, const BvhOptions& options, std::span<const uint8_t> moved = {});
 
 /// The triangles of a mesh that can be hit, with what was left out.
 struct TriangleInput {

@@ -160,6 +160,59 @@ TEST_F(RendererTest, AMovedObjectLooksAsIfItHadAlwaysBeenThere) {
     expectSame(movedView.render({.spp = 4}), thereView.render({.spp = 4}));
 }
 
+// Each step takes one of the ways by which changes reach the device: moves alone, moves that change what can be hit,
+// lights that move, things that come and go.
+TEST_F(RendererTest, AfterEachOfManyChangesTheSceneIsWhatAFreshOneWouldBe) {
+    struct Crowd : Room {
+        Crowd() {
+            const MaterialId red = scene.addMaterial(lambert({0.8f, 0.2f, 0.1f}));
+            const MaterialId glow = scene.addMaterial(lambert(glm::vec3(0.5f), {0, 0.5f, 2}));
+            group = scene.createEntity("/Group", glm::dmat4(1), {});
+            for (int i = 0; i < 40; ++i) {
+                const glm::dvec3 at(i % 8 - 3.5, 0.3, 0.8 * (i / 8) - 2);
+                balls.push_back(
+                    scene.createEntity("/Small", glm::translate(glm::dmat4(1), at), i < 5 ? group : Entity{}));
+                scene.world.add(balls.back(), SphereInstance{0.2f, i == 39 ? glow : red});
+            }
+        }
+        void move(Entity entity, const glm::dmat4& by) {
+            glm::dmat4& place = scene.world.modify<LocalTransform>(entity)->parentFromLocal;
+            place = place * by;
+        }
+        void change(int step) {
+            const auto shift = [](double x, double y, double z) { return glm::translate(glm::dmat4(1), {x, y, z}); };
+            if (step == 1) move(balls[20], shift(0.3, 1, 0));
+            if (step == 2) move(ball, shift(1, 0.5, 0)), move(balls[7], shift(0, 0.5, 0.5));
+            if (step == 3) move(group, shift(0, 0.7, 0.2));
+            if (step == 4) move(balls[20], glm::scale(glm::dmat4(1), glm::dvec3(0))); // can't be hit
+            if (step == 5) move(balls[39], shift(0, 1, 0)), move(balls[3], shift(0, 0.2, 0));
+            if (step == 6) move(lamp, shift(0.5, 0, 0));
+            if (step == 7) scene.world.destroy(balls[12]), move(balls[13], shift(0, 0.3, 0));
+            if (step == 8) move(balls[14], shift(0, 0.4, 0));
+            if (step == 9) scene.world.add(balls[15], Visibility{.visible = false});
+            if (step == 10) move(camera, shift(0.1, 0, 0));
+        }
+        Entity group;
+        std::vector<Entity> balls;
+    };
+    const auto shoot = [](View& view) {
+        view.setSeed(5);
+        return view.render({.spp = 1});
+    };
+    Crowd followed;
+    View view(engine(), followed.scene, 48, 32, "");
+    view.setTechnique("pathtrace");
+    for (int step = 0; step <= 11; ++step) { // the last one: nothing moves any more
+        followed.change(step);
+        Crowd fresh;
+        for (int before = 0; before <= step; ++before) fresh.change(before);
+        View freshView(engine(), fresh.scene, 48, 32, "");
+        freshView.setTechnique("pathtrace");
+        SCOPED_TRACE(step);
+        expectSame(shoot(view), shoot(freshView));
+    }
+}
+
 TEST_F(RendererTest, RemovedLightIsGoneAtOnce) {
     Room room;
     View view(engine(), room.scene, 32, 32, "");

@@ -195,6 +195,21 @@ TEST(Bvh, RefitFollowsTheGeometryAndItsCost) {
     refitBvh(bvh, triangleBoxes(mesh.positions, mesh.triangles, pool).boxes, {});
     EXPECT_NEAR(bvh.cost, built, 1e-3f * built) << "the cost does not depend on scale and place";
 
+    // A few that move leave the rest as it is.
+    boxes = triangleBoxes(mesh.positions, mesh.triangles, pool).boxes;
+    std::vector<uint8_t> few(boxes.size());
+    for (size_t i = 0; i < boxes.size(); i += 1777) {
+        boxes[i].min += glm::vec3(0.5f, -0.2f, 0.1f);
+        boxes[i].max += glm::vec3(0.5f, -0.2f, 0.1f);
+        few[i] = 1;
+    }
+    Bvh whole = bvh;
+    refitBvh(whole, boxes, {});
+    refitBvh(bvh, boxes, {}, few);
+    EXPECT_EQ(std::memcmp(bvh.nodes.data(), whole.nodes.data(), bvh.nodes.size() * sizeof(shared::BvhNode)), 0);
+    EXPECT_EQ(bvh.cost, whole.cost);
+    EXPECT_EQ(bvh.bounds, whole.bounds);
+
     // Triangles that go anywhere leave the old topology worthless.
     const Triangles other = randomTriangles(20000, 12, 0.02f);
     const std::vector<Box> moved = triangleBoxes(other.positions, mesh.triangles, pool).boxes;

@@ -104,6 +104,14 @@ def bulb(path, center, radius, radiance):
     return edit
 
 
+def sphere(path, center, radius):
+    def edit(stage):
+        ball = UsdGeom.Sphere.Define(stage, path)
+        ball.CreateRadiusAttr(radius)
+        ball.AddTranslateOp().Set(Gf.Vec3d(*center))
+    return edit
+
+
 def metal_ball(roughness):
     def edit(stage):
         ball = UsdGeom.Sphere.Define(stage, "/World/Ball")
