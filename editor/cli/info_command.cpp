@@ -108,6 +108,8 @@ Json infoJson() {
 
     Json info{{"version", TRILUME_VERSION},  {"devices", Json::array()}, {"tracers", tracersJson(devices)},
               {"techniques", Json::array()}, {"plugins", Json::array()}, {"parameters", Json::array()}};
+    info["scene_formats"] = registry.sceneExtensions();
+    info["image_formats"] = registry.imageExtensions();
     const std::string defaultName = registry.techniques().empty() ? "" : registry.defaultTechnique().name;
     for (const gpu::DeviceInfo& device : devices) info["devices"].push_back(deviceJson(device));
     for (const Technique& technique : registry.techniques())
@@ -146,6 +148,9 @@ void printText(const Json& info) {
         fmt::print("  {:<16} {:<8} {}\n", textOf(p["name"]), textOf(p["version"]),
                    declined.empty() ? textOf(p["description"]) : "declined: " + declined);
     }
+    fmt::print("\nformats\n  scenes {}\n  images {}\n",
+               commaList(info["scene_formats"].get<std::vector<std::string>>()),
+               commaList(info["image_formats"].get<std::vector<std::string>>()));
     fmt::print("\nparameters (--set NAME=VALUE)\n");
     for (const Json& row : info["parameters"]) {
         const std::string range = rangeText(row);

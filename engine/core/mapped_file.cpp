@@ -14,7 +14,7 @@ namespace trilume {
 
 MappedFile::MappedFile(const std::filesystem::path& path) {
     const auto fail = [&](const char* reason) { return inputError("cannot read file", path.string(), reason); };
-    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (file < 0) throw fail(std::strerror(errno));
     struct stat status {};
     const bool regular = ::fstat(file, &status) == 0 && S_ISREG(status.st_mode);

@@ -27,10 +27,15 @@ bool contains(const std::vector<std::string>& list, std::string_view word) {
     return std::find(list.begin(), list.end(), word) != list.end();
 }
 
-/// Distinct words in order, as a list for a message.
-std::string known(std::vector<std::string> words) {
+std::vector<std::string> distinct(std::vector<std::string> words) {
     std::sort(words.begin(), words.end());
     words.erase(std::unique(words.begin(), words.end()), words.end());
+    return words;
+}
+
+/// Distinct words in order, as a list for a message.
+std::string known(std::vector<std::string> words) {
+    words = distinct(std::move(words));
     return words.empty() ? "none is known: is the installation complete?" : "known are " + commaList(words);
 }
 
@@ -428,11 +433,8 @@ void Registry::writeImage(const fs::path& path, const ImageData& image) {
             [&](const PluginInfo& info) { return contains(info.imageExtensions, extension); },
             [&] { return writers.contains(extension); });
         const auto it = writers.find(extension);
-        if (it == writers.end()) {
-            std::vector<std::string> words = impl_->names(writers, &PluginInfo::imageExtensions);
-            words.push_back(".pfm");
-            throw inputError("nothing writes images of this kind", path.string(), known(std::move(words)));
-        }
+        if (it == writers.end())
+            throw inputError("nothing writes images of this kind", path.string(), known(imageExtensions()));
         writer = it->second;
     }
     writer(path, image);
@@ -445,6 +447,18 @@ bool Registry::canWriteImage(const fs::path& path) const {
            std::any_of(impl_->plugins.begin(), impl_->plugins.end(), [&](const auto& plugin) {
                return plugin->state == Impl::State::Known && contains(plugin->manifest.info.imageExtensions, extension);
            });
+}
+
+std::vector<std::string> Registry::sceneExtensions() const {
+    const std::lock_guard lock(impl_->mutex);
+    return distinct(impl_->names(impl_->sceneReaders, &PluginInfo::sceneExtensions));
+}
+
+std::vector<std::string> Registry::imageExtensions() const {
+    const std::lock_guard lock(impl_->mutex);
+    std::vector<std::string> words = impl_->names(impl_->imageWriters, &PluginInfo::imageExtensions);
+    words.emplace_back(".pfm");
+    return distinct(std::move(words));
 }
 
 ImageFilter Registry::imageFilter(std::string_view name) {

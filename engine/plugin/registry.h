@@ -99,6 +99,9 @@ public:
     /// Throws inputError for an extension nobody writes.
     void writeImage(const std::filesystem::path& path, const ImageData& image);
     bool canWriteImage(const std::filesystem::path& path) const;
+    /// What is read and written, by the engine and by all plugins found: extensions as `.exr`, in order.
+    std::vector<std::string> sceneExtensions() const;
+    std::vector<std::string> imageExtensions() const;
     /// Throws inputError for an unknown name.
     ImageFilter imageFilter(std::string_view name);
     /// Throws inputError for a missing or empty file, or when no plugin reads textures.

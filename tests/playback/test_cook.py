@@ -1,6 +1,9 @@
 """Cooked scenes: the stage's picture bit for bit, without what reads stages; bad files are declined."""
 
+import json
+import os
 import re
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -262,6 +265,19 @@ def test_bad_file(cooked, tmp_path, damage, mention):
 def test_a_folder_is_no_scene(command, tmp_path):
     (tmp_path / "folder.tlscene").mkdir()
     assert declined(harness.run("render", tmp_path / "folder.tlscene", tmp_path / "a.pfm"), "folder.tlscene")
+
+
+def test_a_pipe_is_no_scene(command, tmp_path):
+    """Waiting for a writer would be forever."""
+    os.mkfifo(tmp_path / "pipe.tlscene")
+    done = harness.run("render", tmp_path / "pipe.tlscene", tmp_path / "a.pfm", timeout=60)
+    assert declined(done, "pipe.tlscene")
+
+
+def test_info_lists_the_formats(command):
+    info = json.loads(subprocess.run([command, "info", "--json"], capture_output=True, check=True).stdout)
+    assert {".tlscene", ".usda", ".usdz"} <= set(info["scene_formats"])
+    assert {".pfm", ".exr", ".png"} <= set(info["image_formats"])
 
 
 @pytest.mark.parametrize("arguments, mention", [
