@@ -105,10 +105,11 @@ void Deviation::operator()(const T& found, const T& expected, const T& a, const 
         bool comparable = f.size() == e.size();
         double off = 0, change = 0, size = 0;
         for (size_t i = 0; comparable && i < f.size(); ++i) {
-            if (std::memcmp(&f[i], &e[i], sizeof(f[i])) != 0)
-                off = std::max(off, std::abs(double(f[i]) - double(e[i])));
-            comparable = off == off; // a maximum forgets NaN that comes first, not last
             size = std::max(size, std::abs(double(e[i])));
+            if (std::memcmp(&f[i], &e[i], sizeof(f[i])) == 0) continue;
+            const double difference = std::abs(double(f[i]) - double(e[i]));
+            comparable = std::isfinite(difference);
+            off = std::max(off, difference);
         }
         for (size_t i = 0; i < std::min(from.size(), to.size()); ++i)
             change = std::max(change, std::abs(double(to[i]) - double(from[i])));

@@ -234,6 +234,7 @@ std::unique_ptr<Scene> moving() {
     scene->editMesh(soft).deforming = true;
     for (const auto& [path, mesh] : {std::pair{"/soft", soft}, {"/growing", growing}})
         scene->world.add(scene->createEntity(path), MeshInstance{mesh, {MaterialId{0}}});
+    scene->createEntity("/bud");
     auto guest = std::make_shared<Entity>();
     Scene* s = scene.get();
     const auto play = [s, guest, soft, growing](double t) {
@@ -250,6 +251,9 @@ std::unique_ptr<Scene> moving() {
         edit((LocalTransform*)nullptr, "/ball", [&](LocalTransform& transform) {
             const glm::dmat4 turned = glm::rotate(glm::dmat4(1), 0.3 * t, {1, 0, 0});
             transform.parentFromLocal = turned * glm::rotate(glm::dmat4(1), 1.7 * t * t, {0, 1, 0});
+        });
+        edit((LocalTransform*)nullptr, "/bud", [&](LocalTransform& transform) {
+            transform.parentFromLocal = glm::scale(glm::rotate(glm::dmat4(1), t, {0, 1, 0}), glm::dvec3(t - 1));
         });
         edit((Visibility*)nullptr, "/a", [&](Visibility& v) { v.visible = t >= 2 && t < 3; });
         edit((SphereInstance*)nullptr, "/ball", [&](SphereInstance& sphere) { sphere.radius = float(1 + t); });
@@ -330,7 +334,7 @@ struct RelativeError {
             double size = 1;
             for (const double v : x) size = std::max(size, std::abs(v));
             for (size_t i = 0; i < x.size(); ++i)
-                if (x[i] != y[i]) worst = std::max(worst, std::abs(double(x[i]) - double(y[i])) / size);
+                if (x[i] != y[i]) worst = std::max(std::abs(double(x[i]) - double(y[i])) / size, worst); // NaN counts
         }
     }
 };
@@ -352,6 +356,7 @@ TEST_F(Snapshot, BetweenSamplesValuesAreClose) {
         };
         EXPECT_LT(error((LocalTransform*)nullptr, "/a"), 1e-12) << "a rigid motion";
         EXPECT_LT(error((LocalTransform*)nullptr, "/ball"), 4e-3);
+        EXPECT_LT(error((LocalTransform*)nullptr, "/bud"), 4e-3) << "out of nothing, which has no rotation";
         EXPECT_LT(error((Light*)nullptr, "/sky"), 8e-3);
         EXPECT_LT(error((Camera*)nullptr, "/cam"), 1e-6) << "linear";
         EXPECT_LT(error((SphereInstance*)nullptr, "/ball"), 1e-6) << "linear";

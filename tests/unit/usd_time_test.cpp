@@ -61,6 +61,18 @@ TEST_F(UsdTime, OnlyWhatDiffersChanges) {
     EXPECT_EQ(scene->world.now(), before) << "equal samples: no change at all";
 }
 
+TEST_F(UsdTime, SampleTimesAreThoseOfAllThatVaries) {
+    const auto scene =
+        read("class Xform \"proto\"\n{\ndef Sphere \"s\"\n{\ndouble radius.timeSamples = { 2: 1, 7.5: 2 }\n}\n}\n"
+             "def Xform \"a\" (instanceable = true\nprepend references = </proto>)\n{\n"
+             "token visibility.timeSamples = { -1: \"inherited\", 2: \"invisible\" }\n}\n"
+             "def SphereLight \"still\"\n{\nfloat inputs:intensity.timeSamples = { 99: 1 }\n}\n",
+             kRange);
+    ASSERT_NE(scene->source, nullptr);
+    EXPECT_EQ(scene->source->sampleTimes(), (std::vector<double>{-1, 2, 7.5}))
+        << "one sample alone says nothing of time";
+}
+
 TEST_F(UsdTime, StaticStagesHaveNoSource) { EXPECT_EQ(read(square("m"), kRange)->source, nullptr); }
 
 TEST_F(UsdTime, VisibilityOfAncestors) {
