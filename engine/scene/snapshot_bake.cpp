@@ -89,12 +89,21 @@ public:
         return least <= 1;
     }
 
+    void dropRepeats() override {
+        for (auto key = keys_.begin(); key != keys_.end() && std::next(key) != keys_.end();) {
+            const auto next = std::next(key);
+            const bool repeats = key->second.blend == Blend::Hold && next->second.blend == Blend::Hold &&
+                                 same(key->second.value, next->second.value);
+            if (repeats)
+                keys_.erase(next);
+            else
+                key = next;
+        }
+    }
+
     void write(Writer& writer) override {
         Track<T> track;
         for (auto& [time, key] : keys_) {
-            const bool repeats = !track.values.empty() && track.blends.back() == Blend::Hold &&
-                                 key.blend == Blend::Hold && same(track.values.back(), key.value);
-            if (repeats) continue;
             track.times.push_back(time);
             track.blends.push_back(key.blend);
             track.values.push_back(std::move(key.value));
@@ -276,6 +285,7 @@ void Bake::run(const std::vector<double>& times, const std::vector<double>& samp
         for (const auto& span : recorder->openSpans()) open[span].push_back(recorder.get());
     }
     for (auto& [span, recorders] : open) refine(span.first, span.second, std::move(recorders), 0);
+    for (const auto& recorder : recorders_) recorder->dropRepeats();
 }
 
 /// Half the span may be off by twice its share: the same, as far as the picture is concerned.

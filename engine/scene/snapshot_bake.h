@@ -76,6 +76,9 @@ public:
     /// Chooses the blend from a to b by the present value, which is that in the middle; false when even the best one is
     /// off by more than `share` of the change from a to b.
     virtual bool settle(double a, double middle, double b, double share) = 0;
+    /// Leaves out keys from which and to which the same value holds.
+    virtual void dropRepeats() = 0;
+    /// Once: takes the values along.
     virtual void write(Writer& writer) = 0;
     virtual size_t keys() const = 0;
 };
