@@ -89,6 +89,7 @@ Json paramJson(const ParamRow& row) {
     json["unit"] = row.unit;
     json["cost"] = costName(row.cost);
     json["resets_history"] = row.resetsHistory;
+    if (row.least != 0) json["least_effort"] = row.least;
     json["doc"] = row.doc;
     return json;
 }

@@ -77,6 +77,7 @@ void configure(View& view, const RenderArguments& a, const Outputs& outputs, con
     for (const std::string& node : a.enabled) view.setNodeEnabled(node, true);
     for (const std::string& node : a.disabled) view.setNodeEnabled(node, false);
     view.setAovs(outputs.aovNames());
+    view.setTargetMs(a.targetMs);
 }
 
 /// Throws for an AOV that the compiled graph doesn't make, before the time to render is spent.

@@ -21,6 +21,7 @@ struct RenderArguments {
     uint32_t spp = 1;
     double seconds = 0;
     uint32_t warmup = 0;
+    double targetMs = 0; ///< 0: none
     uint64_t seed = 0;
     std::vector<std::string> sets, enabled, disabled;
     gpu::Tracer tracer = gpu::Tracer::Auto;

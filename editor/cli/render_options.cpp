@@ -76,6 +76,12 @@ CLI::App* addRenderCommand(CLI::App& app, RenderArguments& a) {
         ->excludes(spp)
         ->group(how);
     c->add_option("--warmup", a.warmup, "frames rendered first and not averaged (0)")->option_text("N")->group(how);
+    c->add_option("--target-ms", a.targetMs,
+                  "hold frames of a sequence within this time by fewer probe rays, photons and light candidates: more "
+                  "noise, and pictures depend on the machine's speed")
+        ->check(numberWithin(1e-3, 1e6))
+        ->option_text("MS")
+        ->group(how);
     c->add_option("--seed", a.seed, "of the random numbers (0)")->option_text("N")->group(how);
     // One value per occurrence: what follows may be STAGE.
     const auto repeatable = [&](const char* name, std::vector<std::string>& values, const char* text, const char* doc) {

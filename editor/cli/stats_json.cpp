@@ -26,6 +26,7 @@ Json frameJson(const RunStats::Frame& frame) {
         {"photons", s.photons},
         {"nonfinite", s.nonfinite},
         {"memory_bytes", s.memoryBytes},
+        {"effort", s.effort},
         {"unowned", s.unowned},
     };
 }

@@ -71,6 +71,11 @@ Error unknownParam(const ParamTable& table, std::string_view name) {
                       nearest.empty() ? "`trilume info` lists the parameters" : "did you mean " + nearest + "?");
 }
 
+double number(const ParamValue& value) {
+    const auto* integer = std::get_if<int64_t>(&value);
+    return integer ? static_cast<double>(*integer) : std::get<double>(value);
+}
+
 template<class T>
 const T& typed(std::string_view name, const ParamValue& value) {
     if (const T* typed = std::get_if<T>(&value)) return *typed;
@@ -84,6 +89,9 @@ void ParamTable::add(ParamRow row) {
     if (find(row.name)) throw runError("parameter registered twice", row.name, "rename one of the two rows");
     if (!allowed(row, row.defaultValue))
         throw runError("default out of its own range", row.name, describeAllowed(row) + " in its row");
+    if (row.least != 0 && (row.resetsHistory || row.least < std::max(row.minimum, 1e-9)))
+        throw runError("effort may not lower this parameter so far", row.name,
+                       "keep least above 0 and the minimum, and in rows that don't reset history");
     index_.emplace(row.name, rows_.size());
     rows_.push_back(std::move(row));
 }
@@ -99,8 +107,11 @@ void ParamSet::setDefault(std::string_view name, std::string_view text) { store(
 
 void ParamSet::clearDefaults() {
     while (!defaults_.empty()) {
-        auto node = defaults_.extract(defaults_.begin());
-        if (!values_.contains(node.key())) noteChange(*table_->find(node.key()), node.mapped());
+        const ParamRow& row = *table_->find(defaults_.begin()->first);
+        const ParamValue before = value(row.name);
+        defaults_.erase(defaults_.begin());
+        govern(row);
+        noteChange(row, before);
     }
 }
 
@@ -111,7 +122,36 @@ void ParamSet::store(Values& values, std::string_view name, std::string_view tex
     if (!parsed) throw inputError("bad value for parameter", fmt::format("{}={}", name, text), describeAllowed(*row));
     const ParamValue before = value(name);
     values.insert_or_assign(std::string(name), std::move(*parsed));
+    govern(*row);
     noteChange(*row, before);
+}
+
+void ParamSet::setEffort(double effort) {
+    effort_ = std::clamp(effort, 0.0, 1.0);
+    for (const ParamRow& row : table_->rows()) {
+        if (row.least == 0) continue;
+        const ParamValue before = value(row.name);
+        govern(row);
+        noteChange(row, before);
+    }
+}
+
+double ParamSet::effortRange() const {
+    double range = 0;
+    for (const ParamRow& row : table_->rows())
+        if (row.least != 0) range = std::max(range, std::log(number(valueSet(row.name)) / row.least));
+    return range;
+}
+
+void ParamSet::govern(const ParamRow& row) {
+    if (row.least == 0) return;
+    governed_.erase(row.name);
+    const ParamValue& set = valueSet(row.name);
+    const double full = number(set);
+    if (effort_ == 1 || full <= row.least) return;
+    const double scaled = row.least * std::pow(full / row.least, effort_);
+    governed_[row.name] =
+        std::holds_alternative<int64_t>(set) ? ParamValue(static_cast<int64_t>(std::llround(scaled))) : scaled;
 }
 
 void ParamSet::noteChange(const ParamRow& row, const ParamValue& before) {
@@ -122,6 +162,11 @@ void ParamSet::noteChange(const ParamRow& row, const ParamValue& before) {
 }
 
 const ParamValue& ParamSet::value(std::string_view name) const {
+    const auto governed = governed_.find(name);
+    return governed != governed_.end() ? governed->second : valueSet(name);
+}
+
+const ParamValue& ParamSet::valueSet(std::string_view name) const {
     for (const Values* values : {&values_, &defaults_})
         if (const auto found = values->find(name); found != values->end()) return found->second;
     const ParamRow* row = table_->find(name);
@@ -138,7 +183,7 @@ double ParamSet::getFloat(std::string_view name) const { return typed<double>(na
 const std::string& ParamSet::getChoice(std::string_view name) const { return typed<std::string>(name, value(name)); }
 
 std::string ParamSet::getText(std::string_view name) const {
-    return std::visit([](const auto& v) { return fmt::format("{}", v); }, value(name));
+    return std::visit([](const auto& v) { return fmt::format("{}", v); }, valueSet(name));
 }
 
 } // namespace trilume

@@ -27,12 +27,14 @@ struct ParamRow {
     std::string doc;                  ///< one sentence; names the bias that a value brings, if any
     ParamCost cost = ParamCost::Dynamic;
     bool resetsHistory = false;
+    double least = 0; ///< numbers only; above 0: less of it costs noise or delay but no bias, so that a frame that
+                      ///< takes too long may go down to this (ParamSet::setEffort)
 };
 
 /// The rows that a registry knows, in order of registration.
 class ParamTable {
 public:
-    /// Throws runError when the name is taken or the default is out of range.
+    /// Throws runError when the name is taken, the default is out of range, or effort would reset history.
     void add(ParamRow row);
     const ParamRow* find(std::string_view name) const;
     std::span<const ParamRow> rows() const { return rows_; }
@@ -42,7 +44,7 @@ private:
     std::map<std::string, size_t, std::less<>> index_;
 };
 
-/// Values over a table: technique defaults over row defaults, explicit sets over both.
+/// Values over a table: technique defaults over row defaults, explicit sets over both, and effort over all.
 class ParamSet {
 public:
     explicit ParamSet(const ParamTable& table) : table_(&table) {}
@@ -53,13 +55,19 @@ public:
     /// As set, but lower in precedence: what a technique brings.
     void setDefault(std::string_view name, std::string_view text);
     void clearDefaults();
+    /// From 1, which leaves all values as they were set, to 0, which takes each row with a `least` down to that;
+    /// between them evenly in powers.
+    void setEffort(double effort);
+    double effort() const { return effort_; }
+    /// The natural logarithm of the largest factor between effort 1 and 0.
+    double effortRange() const;
 
     bool getBool(std::string_view name) const;
     int64_t getInt(std::string_view name) const;
     double getFloat(std::string_view name) const;
     /// The chosen word of an enumeration.
     const std::string& getChoice(std::string_view name) const;
-    /// Any value as text, as `set` would take it.
+    /// Any value as it was set, as text that `set` would take.
     std::string getText(std::string_view name) const;
 
     const ParamTable& table() const { return *table_; }
@@ -73,11 +81,14 @@ private:
     using Values = std::map<std::string, ParamValue, std::less<>>;
 
     const ParamValue& value(std::string_view name) const;
+    const ParamValue& valueSet(std::string_view name) const; ///< before effort
+    void govern(const ParamRow& row);
     void store(Values& values, std::string_view name, std::string_view text);
     void noteChange(const ParamRow& row, const ParamValue& before);
 
     const ParamTable* table_;
-    Values defaults_, values_;
+    Values defaults_, values_, governed_;
+    double effort_ = 1;
     uint64_t revision_ = 0, structuralRevision_ = 0, historyRevision_ = 0;
 };
 

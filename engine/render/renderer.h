@@ -43,6 +43,7 @@ struct FrameStats {
     uint64_t photons = 0;
     uint64_t nonfinite = 0; ///< pixels whose sample was not finite: dropped and counted
     size_t memoryBytes = 0;
+    double effort = 1;                ///< of this picture: below 1 where View::setTargetMs took some
     std::vector<std::string> unowned; ///< path classes that the scene may have and no node computes
 };
 
@@ -80,6 +81,10 @@ public:
     void setNodeEnabled(std::string_view node, bool enabled);
     void setSeed(uint64_t seed);                  ///< and begins the sequence of random numbers anew
     void setAovs(std::vector<std::string> names); ///< kept and averaged from the next frame on
+
+    /// Above 0: keeps the time of a frame within this, where that takes no more than fewer probe rays, photons or light
+    /// candidates, whatever the technique has of them. Pictures then depend on how fast they were rendered. 0: off.
+    void setTargetMs(double ms);
 
     /// The registry's image filter of this name is applied to each finished picture, with the guides that it needs;
     /// empty: none. Throws inputError when it is unknown or what it needs is missing.

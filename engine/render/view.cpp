@@ -4,6 +4,7 @@
 #include "graph/dump.h"
 #include "graph/execute.h"
 #include "render/camera.h"
+#include "render/effort_governor.h"
 #include "render/engine_impl.h"
 #include "render/gpu_scene.h"
 #include "shared/passes.h"
@@ -96,6 +97,7 @@ struct View::Impl {
     shared::Camera previousCamera{};             ///< of the picture before
     bool followsChange = false;                  ///< the next frame is the first since something changed
     rt::AccelStats builds;                       ///< since the last picture
+    std::optional<EffortGovernor> governor;
     FrameStats stats;
 };
 
@@ -123,6 +125,11 @@ ParamSet& View::params() { return impl_->params; }
 void View::setSeed(uint64_t seed) {
     impl_->seed = seed;
     impl_->frameIndex = 0;
+}
+void View::setTargetMs(double ms) {
+    impl_->governor.reset();
+    if (ms > 0) impl_->governor.emplace(ms);
+    impl_->params.setEffort(1);
 }
 const FrameStats& View::stats() const { return impl_->stats; }
 
@@ -343,10 +350,12 @@ ImageData View::render(const RenderOptions& options) {
     const double pipelinesBefore = v.shared.pipelineMs;
     const Stopwatch watch;
     v.syncScene();
+    if (v.governor) v.params.setEffort(v.governor->effort());
     v.buildGraph();
 
     const graph::CompiledGraph& graph = v.executor.graph();
     v.stats = {};
+    v.stats.effort = v.params.effort();
     for (const graph::Pass& pass : graph.passes)
         v.stats.nodes.push_back({pass.name, pass.runs() ? "run" : "skipped", pass.reason, 0});
     for (const graph::PathClass c : graph.unowned) v.stats.unowned.emplace_back(graph::pathClassName(c));
@@ -382,6 +391,7 @@ ImageData View::render(const RenderOptions& options) {
         v.filtered = picture;
     }
     v.stats.ms = watch.ms() - (v.shared.pipelineMs - pipelinesBefore);
+    if (v.governor) v.governor->take(v.stats.ms / (done + options.warmup), v.params.effortRange());
     return picture;
 }
 

@@ -7,7 +7,8 @@ static void registerPlugin(trilume::Registry& registry) {
                        .minimum = 64,
                        .maximum = 1 << 24,
                        .doc = "At most so many photons in a frame; fewer where the pixels that they light have enough.",
-                       .cost = trilume::ParamCost::Structural});
+                       .cost = trilume::ParamCost::Structural,
+                       .least = 1024});
     registry.addParam(
         {.name = "caustics.photonsPerPixel",
          .defaultValue = 0.125,

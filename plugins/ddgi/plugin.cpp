@@ -33,7 +33,8 @@ static void registerPlugin(trilume::Registry& registry) {
                        .unit = "rays",
                        .doc =
                            "Probe rays a frame, shared by the probes that are awake, while something changes or frames "
-                           "are averaged; a settled scene gets an eighth. Fewer settle more slowly."});
+                           "are averaged; a settled scene gets an eighth. Fewer settle more slowly.",
+                       .least = 2048});
     registry.addParam({.name = "ddgi.bounces",
                        .defaultValue = int64_t{16},
                        .minimum = 0,

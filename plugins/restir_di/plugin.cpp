@@ -26,7 +26,8 @@ static void registerPlugin(trilume::Registry& registry) {
                        .maximum = 1024,
                        .doc =
                            "Light samples resampled into one for each pixel and frame, no more than there are lights "
-                           "(a dome counts as eight); one where there are no more than two lights."});
+                           "(a dome counts as eight); one where there are no more than two lights.",
+                       .least = 4});
     registry.addParam({.name = "restir_di.learnedCandidates",
                        .defaultValue = int64_t{4},
                        .minimum = 1,

@@ -197,3 +197,24 @@ def test_time_budget(render):
     """--time 1: about a second of rendering, and as many samples as fit."""
     frame, = render("cornell_empty", "-t", "pathtrace", "--time", 1).stats["frames"]
     assert frame["spp"] > 1 and 900 < frame["ms"] < 2500
+
+
+def test_target_ms_takes_effort_and_nothing_else(command, tmp_path):
+    """A target that can't be met takes all effort: noisier frames of the same light. One that is met changes no bit."""
+    def played(name, *target):
+        folder = tmp_path / name
+        folder.mkdir()
+        done = harness.run("render", *SIZE, "-t", "hybrid", "--denoise", "off", *target, "-f", f"1:{FRAMES}", "--stats",
+                           folder / "stats.json", harness.CONTENT / "animated.usda", folder / "out.####.pfm")
+        assert done.status == 0, done.stderr
+        frames = json.loads((folder / "stats.json").read_text())["frames"]
+        return [f["effort"] for f in frames], sum(f["rays"] for f in frames[-8:]), \
+            np.stack([metrics.read_image(frame_file(folder, f)) for f in range(1, FRAMES + 1)])
+
+    (plain, plain_rays, plain_images), (met, _, met_images) = played("plain"), played("met", "--target-ms", 1e6)
+    missed, missed_rays, missed_images = played("missed", "--target-ms", 0.001)
+    assert plain == met == [1] * FRAMES and np.array_equal(plain_images, met_images)
+    assert missed[0] == 1 and missed[-1] == 0 and missed == sorted(missed, reverse=True)
+    assert missed_rays < 0.7 * plain_rays, (missed_rays, plain_rays)
+    # Probes follow the moving lamp more slowly.
+    assert missed_images[-8:].mean() == pytest.approx(plain_images[-8:].mean(), rel=0.05)

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <utility>
+
 namespace trilume {
 namespace {
 
@@ -44,6 +47,38 @@ TEST_F(ParamSetTest, DefaultsThenTechniqueThenExplicit) {
     EXPECT_EQ(set.getInt("pathtrace.maxDepth"), 16);
     set.clearDefaults();
     EXPECT_EQ(set.getInt("pathtrace.maxDepth"), 16);
+}
+
+TEST_F(ParamSetTest, EffortLowersWhatMayBeLowered) {
+    table.add({.name = "a.rays", .defaultValue = int64_t{1024}, .minimum = 1, .maximum = 1e6, .least = 16});
+    table.add({.name = "a.share", .defaultValue = 0.5, .minimum = 0, .maximum = 1, .least = 0.125});
+    EXPECT_NEAR(set.effortRange(), std::log(64), 1e-12);
+    uint64_t seen = set.revision();
+    const auto changes = [&] { return set.revision() - std::exchange(seen, set.revision()); };
+    set.setEffort(0.5);
+    EXPECT_EQ(changes(), 2u);
+    EXPECT_EQ(set.getInt("a.rays"), 128);
+    EXPECT_DOUBLE_EQ(set.getFloat("a.share"), 0.25);
+    EXPECT_EQ(set.getText("a.rays"), "1024") << "as it was set";
+    EXPECT_EQ(set.getInt("pathtrace.maxDepth"), 8);
+    set.setEffort(0.5);
+    EXPECT_EQ(changes(), 0u);
+
+    set.set("a.rays", "4096");
+    EXPECT_EQ(set.getInt("a.rays"), 256);
+    set.set("a.rays", "8"); // whoever sets less gets less
+    EXPECT_EQ(set.getInt("a.rays"), 8);
+    set.setDefault("a.share", "1");
+    set.setEffort(0);
+    EXPECT_DOUBLE_EQ(set.getFloat("a.share"), 0.125);
+    set.setEffort(1);
+    EXPECT_EQ(set.getInt("a.rays"), 8);
+    EXPECT_DOUBLE_EQ(set.getFloat("a.share"), 1);
+    EXPECT_EQ(set.historyRevision(), 0u);
+
+    EXPECT_THROW(table.add({.name = "b", .defaultValue = 1.0, .maximum = 1, .resetsHistory = true, .least = 0.5}),
+                 Error);
+    EXPECT_THROW(table.add({.name = "c", .defaultValue = 1.0, .minimum = 0.5, .maximum = 1, .least = 0.25}), Error);
 }
 
 TEST_F(ParamSetTest, EveryTypeReadsWhatItPrints) {
