@@ -35,7 +35,7 @@ struct ProbeStats {
 struct FrameStats {
     double ms = 0;       ///< wall time of rendering, loading and pipeline creation excluded
     double warmupMs = 0; ///< of it, before the frames that are averaged
-    uint32_t spp = 0;    ///< frames averaged
+    uint32_t spp = 0;    ///< frames averaged, those of calls before included where the average went on
     std::vector<NodeStats> nodes;
     uint64_t rays = 0;
     uint32_t blasBuilt = 0, blasRefit = 0, tlasBuilt = 0;
@@ -98,6 +98,10 @@ public:
         uint32_t spp = 1;
         double seconds = 0; ///< above 0: in place of spp; at least one frame
         uint32_t warmup = 0;
+        /// Above 0: while neither scene, camera nor parameters change, calls go on with one average, until it holds so
+        /// many frames; from then on they return it and render nothing. For viewports: output frames of a sequence have
+        /// noise of their own, and each is the same whether the others are rendered or not.
+        uint32_t restAfter = 0;
         const std::atomic<bool>* cancel = nullptr; ///< ends early, keeping what was averaged
         std::function<void(double done)> progress; ///< 0..1
     };

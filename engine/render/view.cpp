@@ -50,6 +50,12 @@ struct View::Impl {
     void setTechnique(const Technique& technique);
     void buildGraph();
     bool graphIsCurrent() const;
+    /// Whether a frame now would be one more sample of the last picture.
+    bool pictureIsCurrent() const {
+        return averaged > 0 && graphIsCurrent() && !facts.sceneChanged && !facts.cameraMoved;
+    }
+    /// The average, filtered where there is a filter.
+    ImageData finishedPicture();
     std::vector<std::pair<std::string, std::string>> shaderDefines() const;
     FrameData frameData(const FrameSlot& slot, uint32_t sampleIndex) const;
     using FindPipeline = std::function<const gpu::Pipeline&(const gpu::ShaderSource&)>;
@@ -125,6 +131,7 @@ ParamSet& View::params() { return impl_->params; }
 void View::setSeed(uint64_t seed) {
     impl_->seed = seed;
     impl_->frameIndex = 0;
+    impl_->averaged = 0;
 }
 void View::setTargetMs(double ms) {
     impl_->governor.reset();
@@ -342,6 +349,7 @@ double View::prepare() {
     v.gpuScene.use(v.followsChange);
     v.shared.createPipelines(std::move(sources));
     v.frameIndex = 0;
+    v.averaged = 0;
     return watch.ms();
 }
 
@@ -350,14 +358,18 @@ ImageData View::render(const RenderOptions& options) {
     const double pipelinesBefore = v.shared.pipelineMs;
     const Stopwatch watch;
     v.syncScene();
-    if (v.governor) v.params.setEffort(v.governor->effort());
+    const bool goesOn = options.restAfter > 0 && v.pictureIsCurrent();
+    const bool rests = goesOn && v.averaged >= options.restAfter;
+    if (v.governor && !goesOn) v.params.setEffort(v.governor->effort());
     v.buildGraph();
 
     const graph::CompiledGraph& graph = v.executor.graph();
     v.stats = {};
     v.stats.effort = v.params.effort();
     for (const graph::Pass& pass : graph.passes)
-        v.stats.nodes.push_back({pass.name, pass.runs() ? "run" : "skipped", pass.reason, 0});
+        v.stats.nodes.push_back(pass.runs() && rests
+                                    ? NodeStats{pass.name, "idle", "nothing changed", 0}
+                                    : NodeStats{pass.name, pass.runs() ? "run" : "skipped", pass.reason, 0});
     for (const graph::PathClass c : graph.unowned) v.stats.unowned.emplace_back(graph::pathClassName(c));
     v.stats.blasBuilt = v.builds.blasBuilt;
     v.stats.blasRefit = v.builds.blasRefit;
@@ -365,34 +377,41 @@ ImageData View::render(const RenderOptions& options) {
     v.builds = {};
 
     const auto cancelled = [&] { return options.cancel && options.cancel->load(std::memory_order_relaxed); };
-    for (uint32_t i = 0; i < options.warmup && !cancelled(); ++i) v.submitFrame(0);
+    const uint32_t warmup = goesOn ? 0 : options.warmup;
+    for (uint32_t i = 0; i < warmup && !cancelled(); ++i) v.submitFrame(0);
     v.collectAll();
     v.stats.warmupMs = watch.ms() - (v.shared.pipelineMs - pipelinesBefore);
     const Stopwatch averaging;
+    const uint32_t before = goesOn ? v.averaged : 0;
     uint32_t done = 0;
     const auto finished = [&] {
+        if (rests) return true;
         if (done == 0) return false;
+        if (options.restAfter > 0 && before + done >= options.restAfter) return true;
         return cancelled() || (options.seconds > 0 ? averaging.ms() >= 1e3 * options.seconds : done >= options.spp);
     };
     while (!finished()) {
-        v.submitFrame(done++);
+        v.submitFrame(before + done++);
         if (options.progress)
             options.progress(options.seconds > 0 ? std::min(1.0, averaging.ms() / (1e3 * options.seconds))
                                                  : static_cast<double>(done) / options.spp);
     }
     v.collectAll();
-    v.averaged = done;
-    v.stats.spp = done;
+    v.averaged = v.stats.spp = before + done;
     v.stats.memoryBytes = v.device.memoryInUse();
-
-    ImageData picture = v.picture();
-    if (v.filter) {
-        v.filter(picture, v.averagedAov(*graph::findAov("albedo")), v.averagedAov(*graph::findAov("normal")));
-        v.filtered = picture;
-    }
+    if (done > 0) v.filtered.reset();
+    ImageData picture = v.finishedPicture();
     v.stats.ms = watch.ms() - (v.shared.pipelineMs - pipelinesBefore);
-    if (v.governor) v.governor->take(v.stats.ms / (done + options.warmup), v.params.effortRange());
+    if (v.governor && done > 0) v.governor->take(v.stats.ms / (done + warmup), v.params.effortRange());
     return picture;
+}
+
+ImageData View::Impl::finishedPicture() {
+    if (filter && !filtered) {
+        filtered = picture();
+        filter(*filtered, averagedAov(*graph::findAov("albedo")), averagedAov(*graph::findAov("normal")));
+    }
+    return filtered ? *filtered : picture();
 }
 
 ImageData View::Impl::picture() {

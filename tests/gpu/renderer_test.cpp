@@ -147,6 +147,46 @@ TEST_F(RendererTest, NothingIsBuiltForWhatDidNotChange) {
     EXPECT_EQ(view.stats().tlasBuilt, 1u);
 }
 
+TEST_F(RendererTest, AStillPictureIsAveragedAndThenRests) {
+    Room room;
+    View view(engine(), room.scene, 32, 32, ""), whole(engine(), room.scene, 32, 32, "");
+    const auto look = [&] { return view.render({.spp = 3, .restAfter = 8}); };
+    const auto state = [&] { return view.stats().nodes.front().state; };
+    view.setTechnique("pathtrace");
+    whole.setTechnique("pathtrace");
+    look();
+    EXPECT_EQ(view.stats().spp, 3u);
+    look(); // begins anew: that the scene is new was news to the first
+    while (view.stats().spp < 8) look();
+    EXPECT_EQ(state(), "run");
+    const ImageData finished = look();
+    EXPECT_EQ(state(), "idle");
+    EXPECT_EQ(view.stats().nodes.front().reason, "nothing changed");
+    EXPECT_EQ(view.stats().rays, 0u);
+    EXPECT_EQ(view.stats().spp, 8u);
+    expectSame(finished, look());
+    whole.render({.spp = 3});
+    expectSame(finished, whole.render({.spp = 8}));
+
+    const auto wakes = [&](const char* what) {
+        look();
+        EXPECT_EQ(state(), "run") << what;
+        EXPECT_EQ(view.stats().spp, 3u) << what;
+        for (int i = 0; i < 5; ++i) look();
+        EXPECT_EQ(state(), "idle") << what;
+    };
+    room.scene.world.modify<LocalTransform>(room.ball)->parentFromLocal[3].x = 1;
+    wakes("a thing moved");
+    room.scene.world.modify<LocalTransform>(room.camera)->parentFromLocal[3].x = 0.1;
+    wakes("the camera moved");
+    view.params().set("pathtrace.maxDepth", "3");
+    wakes("a parameter");
+    view.setSeed(4);
+    wakes("the seed");
+    view.render({.spp = 2}); // an average of its own, as ever
+    EXPECT_EQ(view.stats().spp, 2u);
+}
+
 TEST_F(RendererTest, AMovedObjectLooksAsIfItHadAlwaysBeenThere) {
     Room moved, there;
     const glm::dmat4 place = glm::translate(glm::dmat4(1), {1.5, 1, 0.5});
