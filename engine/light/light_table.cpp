@@ -14,8 +14,8 @@ namespace {
 
 using std::numbers::pi;
 
-/// Of samples that go to all lights alike: strong lamps that nobody sees must not hide the others. No weight grows by more
-/// than 1 / (1 - share).
+/// Of samples that go to all lights alike: strong lamps that nobody sees must not hide the others. No weight grows by
+/// more than 1 / (1 - share).
 constexpr double kUniformShare = 0.1;
 
 double luminance(glm::dvec3 c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }

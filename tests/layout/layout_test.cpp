@@ -108,9 +108,9 @@ const std::map<std::string, StructLayout> kHostLayouts = {
     TL_LAYOUT(LightTile, lights, means, total, frames),
     TL_LAYOUT(ChosenLight, light, luminance),
     TL_LAYOUT(LearnPush, frame, chosen, tiles, restart),
-    TL_LAYOUT(RestirPush, frame, points, previousPoints, previous, neighbors, merged, final, direct, tiles, chosen, learned,
-              lightCandidates, learnedCandidates, bsdfCandidates, bsdfRoughness, maxHistory, spatialNeighbors, radius,
-              history, alone),
+    TL_LAYOUT(RestirPush, frame, points, previousPoints, previous, neighbors, merged, final, direct, tiles, chosen,
+              learned, lightCandidates, learnedCandidates, bsdfCandidates, bsdfRoughness, maxHistory, spatialNeighbors,
+              radius, history, alone),
     TL_LAYOUT(VisibilityPush, frame, points, emission, albedo, normal, depth, motion, maxBounces, flags),
 };
 

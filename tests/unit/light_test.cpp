@@ -241,8 +241,8 @@ TEST(LightTable, SelectionFollowsPowerWithAFloor) {
     const LightTable table = buildLightTable(inputs, {}, dvec3(0), 1);
     ASSERT_EQ(table.lights.size(), 3u);
     EXPECT_EQ(table.lightOfInput, (std::vector<uint32_t>{0, shared::kNone, 1, 2}));
-    EXPECT_NEAR(table.lights[0].selection, 0.999 / 2 + 1e-3 / 3, 1e-6);
-    EXPECT_NEAR(table.lights[1].selection, 1e-3 / 3, 1e-7);
+    EXPECT_NEAR(table.lights[0].selection, 0.9 / 2 + 0.1 / 3, 1e-6);
+    EXPECT_NEAR(table.lights[1].selection, 0.1 / 3, 1e-6);
     double sum = 0;
     for (const shared::Light& l : table.lights) sum += l.selection;
     EXPECT_NEAR(sum, 1, 1e-6);
