@@ -14,7 +14,6 @@ constexpr uint32_t kBounceRays = 16;
 constexpr uint32_t kPlacingRounds = 4;  // a probe in a corner leaves it through three walls
 constexpr uint32_t kFirstRounds = 3;    // of means, in the first frame
 constexpr uint32_t kFollowFrames = 32;  // after a change of the scene, for which probes get the whole budget
-constexpr uint32_t kSettledDivisor = 8; // of the budget, afterwards
 
 /// Distance of the outermost planes inside the bounds from the bounds, in steps: walls there have probes at hand.
 constexpr float kInset = 0.06f;
@@ -106,10 +105,10 @@ void DdgiNode::execute(graph::FrameContext& context) {
 void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
     const auto& resources = context.resources;
     gpu::Commands& commands = context.commands;
-    const auto whole = static_cast<uint32_t>(context.params.getInt("ddgi.budget"));
     // An average of many frames is as good as what its probes know.
     const bool settled = followFrames_ == 0 && context.sampleIndex == 0;
-    const uint32_t budget = settled ? whole / kSettledDivisor : whole;
+    const double share = settled ? context.params.getFloat("ddgi.settledShare") : 1.0;
+    const auto budget = static_cast<uint32_t>(share * static_cast<double>(context.params.getInt("ddgi.budget")));
     const bool bounce = (flags & shared::kProbeUpdateBounce) != 0;
     const bool turns = (flags & ~(shared::kProbeUpdateChanged | shared::kProbeUpdateRelit)) == 0;
 

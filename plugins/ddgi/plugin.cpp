@@ -33,8 +33,13 @@ static void registerPlugin(trilume::Registry& registry) {
                        .unit = "rays",
                        .doc =
                            "Probe rays a frame, shared by the probes that are awake, while something changes or frames "
-                           "are averaged; a settled scene gets an eighth. Fewer settle more slowly.",
+                           "are averaged. Fewer settle more slowly.",
                        .least = 2048});
+    registry.addParam({.name = "ddgi.settledShare",
+                       .defaultValue = 0.0625,
+                       .minimum = 0,
+                       .maximum = 1,
+                       .doc = "Share of ddgi.budget that refines the probes of a scene which stands still; 0: none."});
     registry.addParam({.name = "ddgi.bounces",
                        .defaultValue = int64_t{16},
                        .minimum = 0,

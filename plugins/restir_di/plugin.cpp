@@ -29,7 +29,7 @@ static void registerPlugin(trilume::Registry& registry) {
                            "(a dome counts as eight); one where there are no more than two lights.",
                        .least = 4});
     registry.addParam({.name = "restir_di.learnedCandidates",
-                       .defaultValue = int64_t{4},
+                       .defaultValue = int64_t{3},
                        .minimum = 1,
                        .maximum = 64,
                        .doc = "Light samples that go to the lights which a tile of pixels has learned to matter; with "
