@@ -68,7 +68,18 @@ def report(bench, page, results):
     panels[0][0].set_ylabel("ms a frame")
     panels[0][0].legend()
     page.plot(figure, "scale", "Cost of a frame.")
-    page.targets([("pixels that are not finite", "0", str(bad), bad == 0)])
+    rows = [("pixels that are not finite", "0", str(bad), bad == 0)]
+    for name, points in summary.items():
+        axis, (least, first), (most, last) = name.split()[0], points[0], points[-1]
+        if axis in ("lights", "instances"):
+            limit = 1 + np.log2(most / least)
+            rows.append((f"{name}: {most} against {least}", f"logarithm, at most {number(limit)} times the time",
+                         f"{number(last / first)} times", last / first <= limit))
+        if axis == "pixels":
+            growth = last / first / (most / least)
+            rows.append((f"{name}: {most} against {least}", "linear: at most 1.2 times the time a pixel", f"{number(growth)} times",
+                         growth <= 1.2))
+    page.targets(rows)
     for axis, counts in axes.items():
         page.heading(axis)
         rows = []
