@@ -11,9 +11,9 @@ namespace {
 
 constexpr uint32_t kGroupSize = 64;
 constexpr uint32_t kBounceRays = 16;
-constexpr uint32_t kPlacingRounds = 4;  // a probe in a corner leaves it through three walls
-constexpr uint32_t kFirstRounds = 3;    // of means, in the first frame
-constexpr uint32_t kFollowFrames = 32;  // after a change of the scene, for which probes get the whole budget
+constexpr uint32_t kPlacingRounds = 4; // a probe in a corner leaves it through three walls
+constexpr uint32_t kFirstRounds = 3;   // of means, in the first frame
+constexpr uint32_t kFollowFrames = 32; // after a change of the scene, for which probes get the whole budget
 
 /// Distance of the outermost planes inside the bounds from the bounds, in steps: walls there have probes at hand.
 constexpr float kInset = 0.06f;
