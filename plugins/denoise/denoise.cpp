@@ -2,7 +2,9 @@
 
 #include "shared/denoise.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace trilume {
 
@@ -33,8 +35,10 @@ void DenoiseNode::declare(graph::Builder& builder) {
     builder.read(points_);
     surfaces_ = builder.historyPlane("denoise.surfaces", sizeof(shared::DenoiseSurface));
     reprojection_ = builder.createPlane("denoise.reprojection", sizeof(shared::DenoiseReprojection));
-    estimates_[0] = builder.createPlane("denoise.estimate0", sizeof(glm::vec4));
-    estimates_[1] = builder.createPlane("denoise.estimate1", sizeof(glm::vec4));
+    for (size_t i = 0; i < std::min<size_t>(signals_.size(), shared::kDenoiseBatch); ++i)
+        for (size_t side = 0; side < 2; ++side)
+            estimates_[side][i] =
+                builder.createPlane("denoise.estimate" + std::to_string(2 * i + side), sizeof(glm::vec4));
 }
 
 void DenoiseNode::execute(graph::FrameContext& context) {
@@ -45,8 +49,10 @@ void DenoiseNode::execute(graph::FrameContext& context) {
     for (const Signal& signal : signals_) {
         context.commands.barrier();
         accumulate(context, signal);
-        filter(context, signal);
     }
+    const std::span<const Signal> signals(signals_);
+    for (size_t first = 0; first < signals.size(); first += shared::kDenoiseBatch)
+        filter(context, signals.subspan(first, std::min<size_t>(signals.size() - first, shared::kDenoiseBatch)));
 }
 
 void DenoiseNode::reproject(graph::FrameContext& context) const {
@@ -74,7 +80,7 @@ void DenoiseNode::accumulate(graph::FrameContext& context, const Signal& signal)
     expect.signal = resources.address(signal.plane);
     expect.previous = resources.address(signal.history.previous);
     expect.history = resources.address(signal.history.current);
-    expect.difference = resources.address(estimates_[0]);
+    expect.difference = resources.address(estimates_[0][0]);
     expect.flags = resources.historyValid(signal.history.previous) ? shared::kDenoiseHistory : 0;
     context.commands.dispatch(context.pipeline({"passes/denoise/expect.comp", {}, {}}), expect, context.width,
                               context.height);
@@ -93,7 +99,7 @@ void DenoiseNode::accumulate(graph::FrameContext& context, const Signal& signal)
                                             std::sqrt(1.0 + static_cast<double>(framesSinceChange_)));
     for (int level = 0; test && level < kTestLevels; ++level) {
         change.from = change.to;
-        change.to = resources.address(estimates_[(level + 1) % 2]);
+        change.to = resources.address(estimates_[(level + 1) % 2][0]);
         change.spacing = level == 0 ? 1 : 3 * change.spacing;
         context.commands.dispatch(context.pipeline({"passes/denoise/test.comp", {}, {}}), change, context.width,
                                   context.height);
@@ -110,40 +116,44 @@ void DenoiseNode::accumulate(graph::FrameContext& context, const Signal& signal)
     context.commands.barrier();
 }
 
-void DenoiseNode::filter(graph::FrameContext& context, const Signal& signal) const {
+void DenoiseNode::filter(graph::FrameContext& context, std::span<const Signal> batch) const {
     const graph::Resources& resources = context.resources;
+    const std::vector<std::pair<std::string, std::string>> defines{{"TL_SIGNALS", std::to_string(batch.size())}};
+    const VkDeviceAddress surfaces = resources.address(surfaces_.current);
     shared::DenoiseEstimatePush estimate{};
-    estimate.frame = context.frame;
-    estimate.surfaces = resources.address(surfaces_.current);
-    estimate.history = resources.address(signal.history.current);
-    estimate.estimate = resources.address(estimates_[0]);
-    context.commands.dispatch(context.pipeline({"passes/denoise/estimate.comp", {}, {}}), estimate, context.width,
+    shared::DenoiseFilterPush push{};
+    for (size_t i = 0; i < batch.size(); ++i) {
+        estimate.histories[i] = resources.address(batch[i].history.current);
+        estimate.estimates[i] = push.to[i] = resources.address(estimates_[0][i]);
+        push.from[i] = resources.address(estimates_[1][i]);
+    }
+    estimate.frame = push.frame = context.frame;
+    estimate.surfaces = push.surfaces = surfaces;
+    context.commands.dispatch(context.pipeline({"passes/denoise/estimate.comp", defines, {}}), estimate, context.width,
                               context.height);
 
-    shared::DenoiseFilterPush push{};
-    push.frame = context.frame;
-    push.surfaces = estimate.surfaces;
-    push.to = estimate.estimate;
     push.sigma = static_cast<float>(context.params.getFloat("denoise.sigma"));
     const int64_t levels = context.params.getInt("denoise.levels");
     for (int64_t level = 0; level < levels; ++level) {
         context.commands.barrier();
-        push.from = push.to;
-        push.to = resources.address(estimates_[(level + 1) % 2]);
+        std::swap(push.from, push.to);
         push.spacing = 1 << level;
-        context.commands.dispatch(context.pipeline({"passes/denoise/filter.comp", {}, {}}), push, context.width,
+        context.commands.dispatch(context.pipeline({"passes/denoise/filter.comp", defines, {}}), push, context.width,
                                   context.height);
     }
     context.commands.barrier();
 
     shared::DenoiseResolvePush resolve{};
     resolve.frame = context.frame;
-    resolve.surfaces = estimate.surfaces;
-    resolve.history = estimate.history;
-    resolve.estimate = push.to;
-    resolve.signal = resources.address(signal.plane);
-    context.commands.dispatch(context.pipeline({"passes/denoise/resolve.comp", {}, {}}), resolve, context.width,
-                              context.height);
+    resolve.surfaces = surfaces;
+    for (size_t i = 0; i < batch.size(); ++i) {
+        resolve.history = estimate.histories[i];
+        resolve.estimate = push.to[i];
+        resolve.signal = resources.address(batch[i].plane);
+        context.commands.dispatch(context.pipeline({"passes/denoise/resolve.comp", {}, {}}), resolve, context.width,
+                                  context.height);
+    }
+    context.commands.barrier();
 }
 
 } // namespace trilume

@@ -1,7 +1,9 @@
 #pragma once
 
 #include "graph/graph.h"
+#include "shared/denoise.h"
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,9 +26,10 @@ private:
 
     void reproject(graph::FrameContext& context) const;
     void accumulate(graph::FrameContext& context, const Signal& signal) const;
-    void filter(graph::FrameContext& context, const Signal& signal) const;
+    void filter(graph::FrameContext& context, std::span<const Signal> batch) const;
 
-    graph::Plane points_, reprojection_, estimates_[2];
+    graph::Plane points_, reprojection_;
+    graph::Plane estimates_[2][shared::kDenoiseBatch]; ///< from and to of the filter, for each signal of a batch
     graph::History<graph::Plane> surfaces_;
     std::vector<Signal> signals_;
     int64_t framesSinceChange_ = kNever; ///< of the scene

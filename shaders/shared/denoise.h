@@ -73,18 +73,21 @@ struct DenoiseAccumulatePush {
     float maxFrames;
 };
 
+// Signals are filtered several at a time: what surfaces have in common is the same for all.
+TL_CONST uint kDenoiseBatch = 3;
+
 struct DenoiseEstimatePush {
     TL_REF(FrameConstants) frame;
     TL_REF(DenoiseSurface) surfaces;
-    TL_REF(DenoiseHistory) history;
-    TL_REF(vec4) estimate; // irradiance-like: radiance over albedo; and the variance of its luminance
+    TL_REF(DenoiseHistory) histories[kDenoiseBatch];
+    TL_REF(vec4) estimates[kDenoiseBatch]; // irradiance-like: radiance over albedo; and the variance of its luminance
 };
 
 struct DenoiseFilterPush {
     TL_REF(FrameConstants) frame;
     TL_REF(DenoiseSurface) surfaces;
-    TL_REF(vec4) from;
-    TL_REF(vec4) to;
+    TL_REF(vec4) from[kDenoiseBatch];
+    TL_REF(vec4) to[kDenoiseBatch];
     int spacing;
     float sigma;
 };

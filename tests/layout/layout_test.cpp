@@ -72,7 +72,7 @@ const std::map<std::string, StructLayout> kHostLayouts = {
     TL_LAYOUT(DenoiseExpectPush, frame, surfaces, reprojection, signal, previous, history, difference, flags),
     TL_LAYOUT(DenoiseTestPush, frame, surfaces, history, from, to, spacing, changeSigma),
     TL_LAYOUT(DenoiseAccumulatePush, frame, signal, history, maxFrames),
-    TL_LAYOUT(DenoiseEstimatePush, frame, surfaces, history, estimate),
+    TL_LAYOUT(DenoiseEstimatePush, frame, surfaces, histories, estimates),
     TL_LAYOUT(DenoiseFilterPush, frame, surfaces, from, to, spacing, sigma),
     TL_LAYOUT(DenoiseResolvePush, frame, surfaces, history, estimate, signal),
     TL_LAYOUT(PixelSums, sum, compensation, squares),

@@ -13,18 +13,38 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 const float kEnoughFrames = 4.0;
 
+// Weighted sums over the neighbourhood.
+struct Spread {
+    float weight, value, square;
+    float timeWeight, timeVariance;
+};
+
+void gather(inout Spread s, DenoiseHistory h, float weight, float albedo) {
+    const float value = luminance(h.mean) / albedo;
+    s.weight += weight;
+    s.value += weight * value;
+    s.square += weight * sqr(value);
+    if (h.frames > 1.0) {
+        s.timeWeight += weight;
+        s.timeVariance += weight * frameVariance(h) / (h.frames * sqr(albedo));
+    }
+}
+
+float varianceOf(Spread s, float frames) {
+    const float variance = safeDivide(s.timeVariance, s.timeWeight);
+    if (frames >= kEnoughFrames) return variance;
+    const float mean = safeDivide(s.value, s.weight);
+    return max(variance, max(safeDivide(s.square, s.weight) - sqr(mean), 0.0));
+}
+
 void main() {
     const uvec2 pixel = gl_GlobalInvocationID.xy;
     if (!insideView(pixel)) return;
     const uint index = pixelIndex(pixel);
     const DenoiseSurface p = push.surfaces.v[index];
-    const DenoiseHistory own = push.history.v[index];
 
-    float weights = 0.0;
-    float sum = 0.0;
-    float squares = 0.0;
-    float timeWeights = 0.0;
-    float timeVariance = 0.0;
+    Spread spreads[TL_SIGNALS];
+    [[unroll]] for (uint k = 0u; k < TL_SIGNALS; ++k) spreads[k] = Spread(0.0, 0.0, 0.0, 0.0, 0.0);
     for (int i = 0; i < 25; ++i) {
         const ivec2 tap = ivec2(pixel) + ivec2(i % 5 - 2, i / 5 - 2);
         if (!insideView(tap)) continue;
@@ -33,20 +53,10 @@ void main() {
         const float weight = likeness(p, q);
         const float albedo = luminance(q.albedo);
         if (!(weight > 0.0) || !(albedo > 0.0)) continue;
-        const DenoiseHistory h = push.history.v[tapIndex];
-        const float value = luminance(h.mean) / albedo;
-        weights += weight;
-        sum += weight * value;
-        squares += weight * sqr(value);
-        if (h.frames > 1.0) {
-            timeWeights += weight;
-            timeVariance += weight * frameVariance(h) / (h.frames * sqr(albedo));
-        }
+        [[unroll]] for (uint k = 0u; k < TL_SIGNALS; ++k) gather(spreads[k], push.histories[k].v[tapIndex], weight, albedo);
     }
-    float variance = safeDivide(timeVariance, timeWeights);
-    if (own.frames < kEnoughFrames) {
-        const float mean = safeDivide(sum, weights);
-        variance = max(variance, max(safeDivide(squares, weights) - sqr(mean), 0.0));
+    [[unroll]] for (uint k = 0u; k < TL_SIGNALS; ++k) {
+        const DenoiseHistory own = push.histories[k].v[index];
+        push.estimates[k].v[index] = vec4(withoutAlbedo(own.mean, p.albedo), varianceOf(spreads[k], own.frames));
     }
-    push.estimate.v[index] = vec4(withoutAlbedo(own.mean, p.albedo), variance);
 }
