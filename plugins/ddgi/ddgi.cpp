@@ -33,7 +33,9 @@ ProbeGrid gridOfSpacing(glm::vec3 boundsMin, glm::vec3 boundsMax, float spacing)
 
 bool ProbeGrid::serves(glm::vec3 min, glm::vec3 max) const {
     const glm::vec3 size = max - min, covered = boundsMax - boundsMin;
-    return glm::all(glm::greaterThanEqual(min, boundsMin)) && glm::all(glm::lessThanEqual(max, boundsMax)) &&
+    const glm::vec3 slack = 0.5f * steps;
+    return glm::all(glm::greaterThanEqual(min, boundsMin - slack)) &&
+           glm::all(glm::lessThanEqual(max, boundsMax + slack)) &&
            glm::all(glm::greaterThanEqual(size, 0.5f * covered));
 }
 
@@ -49,6 +51,19 @@ ProbeGrid fitProbeGrid(glm::vec3 boundsMin, glm::vec3 boundsMax, uint32_t limit)
     }
     return grid;
 }
+
+namespace {
+
+/// For bounds that have outgrown `before`: likely to go on, so there is room for eight times as much, up to half the
+/// size.
+ProbeGrid outgrown(const ProbeGrid& before, glm::vec3 min, glm::vec3 max, uint32_t limit) {
+    const glm::vec3 room = 0.5f * (max - min);
+    const glm::vec3 below = glm::max(before.boundsMin - min, glm::vec3(0));
+    const glm::vec3 above = glm::max(max - before.boundsMax, glm::vec3(0));
+    return fitProbeGrid(min - glm::min(8.0f * below, room), max + glm::min(8.0f * above, room), limit);
+}
+
+} // namespace
 
 graph::Need DdgiNode::needed(const graph::SceneFacts& facts, const ParamSet& /*params*/) const {
     if (facts.lights == 0) return graph::Need::no("no lights");
@@ -78,7 +93,8 @@ void DdgiNode::declare(graph::Builder& builder) {
 
 void DdgiNode::execute(graph::FrameContext& context) {
     const graph::SceneFacts& facts = context.facts;
-    const bool restart = !context.resources.historyValid(probes_) || !grid_.serves(facts.boundsMin, facts.boundsMax);
+    const bool fresh = !context.resources.historyValid(probes_);
+    const bool restart = fresh || !grid_.serves(facts.boundsMin, facts.boundsMax);
     const bool changed = lightingRevision_ != facts.lightingRevision;
     lightingRevision_ = facts.lightingRevision;
     if (restart)
@@ -87,7 +103,9 @@ void DdgiNode::execute(graph::FrameContext& context) {
         followFrames_ = kFollowFrames;
     else if (followFrames_ > 0)
         --followFrames_;
-    if (restart) grid_ = fitProbeGrid(facts.boundsMin, facts.boundsMax, limit_);
+    if (restart)
+        grid_ = fresh ? fitProbeGrid(facts.boundsMin, facts.boundsMax, limit_)
+                      : outgrown(grid_, facts.boundsMin, facts.boundsMax, limit_);
     if (restart) {
         // Probes find their places, then many bounces by few rays, then means begin.
         updateProbes(context, shared::kProbeUpdateRestart);

@@ -14,7 +14,7 @@ struct ProbeGrid {
     glm::uvec3 counts{0};
     float spacing() const { return std::max({steps.x, steps.y, steps.z}); }
     uint32_t probes() const { return counts.x * counts.y * counts.z; }
-    /// Whether the box still is inside the one that it was made for, and has not become much smaller.
+    /// Whether the box is no more than half a step outside the one that it was made for, and not much smaller.
     bool serves(glm::vec3 min, glm::vec3 max) const;
 };
 /// The finest of at most `limit` probes, 125 or more.

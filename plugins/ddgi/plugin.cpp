@@ -41,7 +41,7 @@ static void registerPlugin(trilume::Registry& registry) {
                        .maximum = 1,
                        .doc = "Share of ddgi.budget that refines the probes of a scene which stands still; 0: none."});
     registry.addParam({.name = "ddgi.bounces",
-                       .defaultValue = int64_t{16},
+                       .defaultValue = int64_t{8},
                        .minimum = 0,
                        .maximum = 1024,
                        .doc = "Bounces that the first frame brings at once, with few rays each; later ones come with "

@@ -148,6 +148,21 @@ def test_light_that_is_switched_off_is_gone_in_a_few_frames(tmp_path):
     assert means[35] < 0.02 * means[19], means[19:]
 
 
+def test_a_ball_that_leaves_the_room_takes_no_probes_along(tmp_path):
+    """It grows the scene's bounds in every frame; the grid begins anew at most twice, and the room stays as bright."""
+    ball = '''def Sphere "Ball" {
+        double radius = 0.1
+        double3 xformOp:translate.timeSamples = { 1: (0, 1, 0), 24: (0, 8, 0) }
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+'''
+    stage = harness.write_stage(tmp_path / "stage.usda", camera(), room(), ball, harness.matte(0.6),
+                                lamp("Lamp", ABOVE[0], " = 20"))
+    pictures, probes = play(tmp_path, stage, "1:24", "--set", "ddgi.probes=600")
+    assert sum(p["updated"] > 5 * p["total"] for p in probes[1:]) <= 2, probes
+    assert pictures[-1].mean() == pytest.approx(pictures[0].mean(), rel=0.1)
+
+
 def test_probes_follow_a_moving_wall(tmp_path):
     """A wall slides between lamp and camera; 20 frames later nine tenths at least of the difference are gone."""
     wall = harness.mesh("[(-1.9, -1.9, 0), (1.9, -1.9, 0), (1.9, 1.9, 0), (-1.9, 1.9, 0)]", name="Wall", extra="""
