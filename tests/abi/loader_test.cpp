@@ -101,7 +101,7 @@ TEST_F(LoaderTest, EachRegistryIsServed) {
 TEST_F(LoaderTest, EachFaultIsDeclinedWithItsReason) {
     const std::pair<const char*, const char*> faults[]{
         {"size", "TlPluginInfo has"},
-        {"abi", "plugin ABI 2, the engine's is 1"},
+        {"abi", "plugin ABI 3, the engine's is 2"},
         {"tag", "built as \"0.0.1 another compiler\""},
         {"name", "the library says that it is \"another\", plugin.json that it is \"broken\""},
         {"query", "the library lacks tlPluginQuery"},

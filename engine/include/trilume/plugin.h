@@ -10,7 +10,7 @@
 extern "C" {
 #endif
 
-#define TL_PLUGIN_ABI 1u
+#define TL_PLUGIN_ABI 2u
 
 #if defined(__GNUC__)
 #define TL_PLUGIN_EXPORT __attribute__((visibility("default")))
