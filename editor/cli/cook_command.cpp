@@ -24,7 +24,7 @@ std::string counted(size_t count, std::string_view what, std::string_view plural
 
 CLI::App* addCookCommand(CLI::App& app, CookArguments& a) {
     CLI::App* c = app.add_subcommand("cook", "Bake a stage into one file that loads at once and needs no plugin");
-    c->add_option("STAGE", a.stage, ".usda .usdc .usd .usdz")->required()->option_text(" ");
+    c->add_option("STAGE", a.stage, ".usda .usdc .usd .usdz .tlscene")->required()->option_text(" ");
     c->add_option("OUTPUT", a.output, ".tlscene")->required()->option_text(" ");
     c->add_option(
          "-f,--frames", a.frames,

@@ -22,7 +22,7 @@ MappedFile::MappedFile(const std::filesystem::path& path) {
     if (size_ > 0) data_ = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file, 0);
     const int reason = errno;
     ::close(file);
-    if (!regular) throw fail("this is no file: name one");
+    if (!regular) throw inputError("not a file", path.string(), "name a file in place of this folder, pipe or device");
     if (data_ == MAP_FAILED) throw fail(std::strerror(reason));
     if (data_) ::madvise(data_, size_, MADV_WILLNEED);
 }

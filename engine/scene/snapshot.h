@@ -22,7 +22,7 @@ struct SnapshotSummary {
 SnapshotSummary writeSnapshot(Scene& scene, const std::filesystem::path& path, std::span<const double> frames = {});
 
 /// Reads what writeSnapshot wrote; its source follows time as far as the file does. Whatever the file holds, it either
-/// becomes a sound scene or throws inputError.
+/// becomes a sound scene or throws inputError; what varies with time may do so in setTime.
 std::unique_ptr<Scene> readSnapshot(const std::filesystem::path& path);
 
 } // namespace trilume

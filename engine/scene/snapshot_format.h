@@ -10,7 +10,7 @@ namespace trilume::snapshot {
 
 inline constexpr std::array<char, 8> kMagic{'T', 'L', 'S', 'C', 'E', 'N', 'E', '\n'};
 inline constexpr uint32_t kByteOrder = 0x01020304;
-inline constexpr uint32_t kVersion = 1; ///< grows with every change of what is written
+inline constexpr uint32_t kVersion = 2; ///< grows with every change of what is written
 inline constexpr size_t kAlignment = 64;
 
 enum class Section : uint32_t { Info, Textures, Materials, Meshes, Entities, Components, Tracks };

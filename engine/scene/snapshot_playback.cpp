@@ -129,6 +129,7 @@ void checkMesh(const Mesh& mesh, const std::string& where) {
 Playback::Playback(Scene& scene, std::vector<KnownEntity> entities, bool restricted, Reader& reader)
     : scene_(scene), entities_(std::move(entities)), restricted_(restricted) {
     for (size_t n = reader.count(sizeof(Target)); n > 0; --n) players_.push_back(readPlayer(reader));
+    for (const Mesh& mesh : scene.meshes()) checked_.emplace_back(mesh.topologyRevision, mesh.pointsRevision);
 }
 
 void Playback::setTime(double timeCode) {
@@ -136,12 +137,13 @@ void Playback::setTime(double timeCode) {
         log::writeOnce(log::Level::Warning, scene_.path,
                        fmt::format("{}: time {:g} is outside what was cooked: the nearest that was is shown",
                                    scene_.path, timeCode));
-    std::vector<std::pair<uint64_t, uint64_t>> before;
-    for (const Mesh& mesh : scene_.meshes()) before.emplace_back(mesh.topologyRevision, mesh.pointsRevision);
     for (const auto& player : players_) player->apply(*this, timeCode);
-    for (size_t i = 0; i < before.size(); ++i) {
+    for (size_t i = 0; i < checked_.size(); ++i) {
         const Mesh& mesh = scene_.meshes()[i];
-        if (std::pair(mesh.topologyRevision, mesh.pointsRevision) != before[i]) checkMesh(mesh, scene_.path);
+        const std::pair revisions(mesh.topologyRevision, mesh.pointsRevision);
+        if (revisions == checked_[i]) continue;
+        checkMesh(mesh, scene_.path);
+        checked_[i] = revisions;
     }
 }
 

@@ -40,6 +40,7 @@ public:
     /// this.
     Playback(Scene& scene, std::vector<KnownEntity> entities, bool restricted, Reader& reader);
 
+    /// Throws inputError, at each call anew, at times for which the file holds a mesh whose arrays do not fit.
     void setTime(double timeCode) override;
     std::vector<double> sampleTimes() const override;
     bool varies() const { return !players_.empty(); }
@@ -53,6 +54,7 @@ private:
     Scene& scene_;
     std::vector<KnownEntity> entities_;
     std::vector<std::unique_ptr<Player>> players_;
+    std::vector<std::pair<uint64_t, uint64_t>> checked_; ///< by mesh: the revisions that were found sound
     bool restricted_;
 };
 

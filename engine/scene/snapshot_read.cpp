@@ -137,6 +137,11 @@ std::unique_ptr<Scene> readSnapshot(const std::filesystem::path& path) {
     Reader tracks = open(Section::Tracks, counts);
     readTextures(tracks, *scene);
     for (size_t n = tracks.count(1); n > 0; --n) {
+        Material material;
+        tracks(material.name);
+        scene->addMaterial(std::move(material));
+    }
+    for (size_t n = tracks.count(1); n > 0; --n) {
         Mesh mesh;
         tracks(mesh.name);
         tracks(mesh.deforming);

@@ -117,7 +117,8 @@ SnapshotSummary writeSnapshot(Scene& scene, const std::filesystem::path& path, s
     EntityList entities(scene);
     TextureList textures(scene);
     SnapshotSummary summary = summaryOf(scene);
-    const size_t entitiesNow = entities.size(), meshesNow = scene.meshes().size();
+    const size_t entitiesNow = entities.size(), materialsNow = scene.materials().size(),
+                 meshesNow = scene.meshes().size();
     writeState(writer, scene, entities);
 
     Bake bake(scene, entities, textures);
@@ -130,6 +131,8 @@ SnapshotSummary writeSnapshot(Scene& scene, const std::filesystem::path& path, s
     }
     writer.begin(Section::Tracks);
     writeList<Texture>(writer, textures.late());
+    writer(uint64_t{scene.materials().size() - materialsNow});
+    for (const Material& material : scene.materials().subspan(materialsNow)) writer(material.name);
     writer(uint64_t{scene.meshes().size() - meshesNow});
     for (const Mesh& mesh : scene.meshes().subspan(meshesNow)) {
         writer(mesh.name);

@@ -137,7 +137,6 @@ def test_every_node_sees_the_same(render, cooked, technique):
     assert pictures[1].stats["frames"][0]["accel"]["blas_built"] == 0, "they come with the file"
 
 
-
 def played(stage, folder, spec):
     """One run over several frames."""
     width, height = SMALL
