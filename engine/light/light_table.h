@@ -43,9 +43,9 @@ struct LightTable {
 };
 
 /// Render space = world - `origin`. `sceneRadius` (metres) bounds what lights at infinity shine on; 0 or less counts
-/// as 1. Lights are chosen in proportion to power, mixed with a share of 1/1000 for all alike, so that every light that
-/// emits has a probability above 0; Light::selection is exactly that of the alias table. Lights without area and
-/// degenerate triangles are left out; so is, with a warning, what is not finite.
+/// as 1. Lights are chosen in proportion to power, mixed with a tenth for all alike, so that strong lights that nobody
+/// sees don't hide the others; Light::selection is exactly that of the alias table. Lights without area and degenerate
+/// triangles are left out; so is, with a warning, what is not finite.
 LightTable buildLightTable(std::span<const LightInput> inputs, std::span<const EmissiveMeshInput> meshes,
                            glm::dvec3 origin, double sceneRadius);
 

@@ -251,10 +251,14 @@ const GpuScene::LightTexture* GpuScene::lightTexture(TextureId texture, LightKin
     return &entry;
 }
 
+void GpuScene::markLit(Entity entity) {
+    if (instanceOf_.size() <= entity.index) instanceOf_.resize(entity.index + 1, kNone);
+    instanceOf_[entity.index] = kLit;
+}
+
 void GpuScene::addLight(Draft& draft, const Light& light, const glm::dmat4& worldFromLocal, uint32_t instance,
                         Entity owner) {
-    if (instanceOf_.size() <= owner.index) instanceOf_.resize(owner.index + 1, kNone);
-    instanceOf_[owner.index] = kLit;
+    markLit(owner);
     LightInput input{
         .component = &light, .worldFromLocal = worldFromLocal, .instance = instance, .id = stableId(owner, 1)};
     if (const LightTexture* texture = lightTexture(light.texture, light.kind, input.distribution)) {
@@ -281,7 +285,7 @@ void GpuScene::addMeshes(Draft& draft) {
         const uint32_t instance = addInstance(draft, entity, shared::kShapeMesh, meshIndex, glm::dmat4(1), materials,
                                               maskOf(scene_.world.find<Visibility>(entity)));
         if (!emits) return;
-        instanceOf_[entity.index] = kLit;
+        markLit(entity);
         EmissiveMeshInput input{};
         input.mesh = &mesh;
         input.worldFromLocal = transform.worldFromLocal;
@@ -324,6 +328,7 @@ void GpuScene::addLights(Draft& draft) {
             return;
         }
         const auto [shape, localFromShape] = lightShape(light);
+        markLit(entity); // even without extent, which it may gain
         // Without extent it neither shines nor blocks; a light of radiance 0 still blocks, as a lamp switched off.
         if (glm::determinant(glm::dmat3(transform.worldFromLocal * localFromShape)) == 0) return;
         uint32_t mask = maskOf(scene_.world.find<Visibility>(entity));

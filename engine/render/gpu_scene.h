@@ -85,6 +85,8 @@ private:
     void addMeshes(Draft& draft);
     void addSpheres(Draft& draft);
     void addLights(Draft& draft);
+    /// When it moves, lights do.
+    void markLit(Entity entity);
     void addLight(Draft& draft, const Light& light, const glm::dmat4& worldFromLocal, uint32_t instance, Entity owner);
     void updateFacts(const Draft& draft);
     /// Balls around what casts caustics; counts them.

@@ -100,7 +100,7 @@ public:
         uint32_t warmup = 0;
         /// Above 0: while neither scene, camera nor parameters change, calls go on with one average, until it holds so
         /// many frames; from then on they return it and render nothing. For viewports: output frames of a sequence have
-        /// noise of their own, and each is the same whether the others are rendered or not.
+        /// noise of their own.
         uint32_t restAfter = 0;
         const std::atomic<bool>* cancel = nullptr; ///< ends early, keeping what was averaged
         std::function<void(double done)> progress; ///< 0..1

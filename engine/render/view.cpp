@@ -15,6 +15,7 @@
 #include <cstring>
 #include <deque>
 #include <set>
+#include <utility>
 
 namespace trilume {
 
@@ -51,9 +52,7 @@ struct View::Impl {
     void buildGraph();
     bool graphIsCurrent() const;
     /// Whether a frame now would be one more sample of the last picture.
-    bool pictureIsCurrent() const {
-        return averaged > 0 && graphIsCurrent() && !facts.sceneChanged && !facts.cameraMoved;
-    }
+    bool pictureIsCurrent() const { return continues && graphIsCurrent() && !facts.sceneChanged && !facts.cameraMoved; }
     /// The average, filtered where there is a filter.
     ImageData finishedPicture();
     std::vector<std::pair<std::string, std::string>> shaderDefines() const;
@@ -97,6 +96,8 @@ struct View::Impl {
     std::array<FrameSlot, kFramesInFlight> slots;
     uint32_t frameIndex = 0;
     uint32_t averaged = 0;
+    bool continues = false;                      ///< the average may go on: it is whole, and of this seed
+    bool rendered = true;                        ///< the last call ended without an error
     bool repeats = false;                        ///< the next frame shows what the last one did
     graph::SceneFacts facts;                     ///< of the scene, and of this view's camera
     std::optional<shared::Camera> pictureCamera; ///< of this picture
@@ -131,7 +132,7 @@ ParamSet& View::params() { return impl_->params; }
 void View::setSeed(uint64_t seed) {
     impl_->seed = seed;
     impl_->frameIndex = 0;
-    impl_->averaged = 0;
+    impl_->continues = false;
 }
 void View::setTargetMs(double ms) {
     impl_->governor.reset();
@@ -349,7 +350,7 @@ double View::prepare() {
     v.gpuScene.use(v.followsChange);
     v.shared.createPipelines(std::move(sources));
     v.frameIndex = 0;
-    v.averaged = 0;
+    v.continues = false;
     return watch.ms();
 }
 
@@ -357,6 +358,11 @@ ImageData View::render(const RenderOptions& options) {
     Impl& v = *impl_;
     const double pipelinesBefore = v.shared.pipelineMs;
     const Stopwatch watch;
+    // What a call that failed has left half-done is no history.
+    if (!std::exchange(v.rendered, false)) {
+        v.executor.resetHistory();
+        v.continues = false;
+    }
     v.syncScene();
     const bool goesOn = options.restAfter > 0 && v.pictureIsCurrent();
     const bool rests = goesOn && v.averaged >= options.restAfter;
@@ -398,6 +404,7 @@ ImageData View::render(const RenderOptions& options) {
     }
     v.collectAll();
     v.averaged = v.stats.spp = before + done;
+    v.continues = v.rendered = true;
     v.stats.memoryBytes = v.device.memoryInUse();
     if (done > 0) v.filtered.reset();
     ImageData picture = v.finishedPicture();

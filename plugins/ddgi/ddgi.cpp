@@ -57,7 +57,7 @@ namespace {
 /// For bounds that have outgrown `before`: likely to go on, so there is room for eight times as much, up to half the
 /// size.
 ProbeGrid outgrown(const ProbeGrid& before, glm::vec3 min, glm::vec3 max, uint32_t limit) {
-    const glm::vec3 room = 0.5f * (max - min);
+    const glm::vec3 room = 0.45f * (max - min);
     const glm::vec3 below = glm::max(before.boundsMin - min, glm::vec3(0));
     const glm::vec3 above = glm::max(max - before.boundsMax, glm::vec3(0));
     return fitProbeGrid(min - glm::min(8.0f * below, room), max + glm::min(8.0f * above, room), limit);

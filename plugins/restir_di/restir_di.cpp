@@ -8,8 +8,8 @@ namespace trilume {
 
 namespace {
 
-/// Among so few lights a tile learns the ones that matter, and plain resampling has less error for its time than reuse
-/// (README.md, Cost).
+/// Among so few lights a tile learns the ones that matter, and plain resampling is good at about the cost of ray
+/// tracing; what reuse gains costs about as much time (README.md, Cost).
 constexpr uint32_t kFewLights = 32;
 /// Reuse makes one frame better, but couples frames: the average of many is better when they stand alone.
 constexpr uint32_t kCoupledFrames = 16;

@@ -84,13 +84,14 @@ float choiceDensity(LightChoice c, uint light) {
 
 // The target function of a candidate of this luminance, without shadows and by solid angle; `pdf` is the density by which
 // samples of its light make it, so luminance / pdf is what the light would bring. A light of which the tile knows nothing
-// can't have brought more than the tile's mean: what exceeds it must be in shadow mostly, and is not to drive out the others.
-// The target stays positive, and the weight makes up for it where the light arrives.
+// brought less than the tile's mean over its pixels: what exceeds that here must be in shadow mostly, and is not to drive out
+// the others. The target stays positive, and the weight makes up for it where the light arrives.
 float choiceTarget(LightChoice c, uint light, float luminance, float pdf) {
 #if TL_CHOICE
     bool known = !(c.bound > 0.0);
     [[unroll]] for (uint i = 0u; i < kTileLights; ++i) known = known || c.lights[i] == light;
-    if (!known) return min(luminance, c.bound * pdf);
+    const float bound = c.bound * pdf;
+    if (!known && bound > 0.0) return min(luminance, bound);
 #endif
     return luminance;
 }

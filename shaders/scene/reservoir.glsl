@@ -36,14 +36,17 @@ bool isAlike(Reservoir neighbor, vec3 normal, float depth) {
     return abs(neighbor.depth - depth) < 0.1 * depth && dot(octahedralUnpack(neighbor.normal), normal) > 0.5;
 }
 
-// Ends resampling: W = sum of weights / pHat of what was kept. A weight that is not finite is dropped and counted.
-void finishReservoir(inout Reservoir r, float sum) {
-    r.weight = r.target > 0.0 ? sum / r.target : 0.0;
-    if (!isFinite(r.weight)) {
+// A weight that is not finite is dropped and counted.
+void setWeight(inout Reservoir r, float weight) {
+    r.weight = weight;
+    if (!isFinite(weight)) {
         r.weight = 0.0;
         atomicAdd(TL_FRAME.counters.v[kCounterNonfinite], 1u);
     }
 }
+
+// Ends resampling: W = sum of weights / pHat of what was kept.
+void finishReservoir(inout Reservoir r, float sum) { setWeight(r, r.target > 0.0 ? sum / r.target : 0.0); }
 
 // Random numbers that decide on reuse must not know of the ones before: a sequence that fills its square evenly from frame to
 // frame would couple what is drawn now with how the reservoirs came about, and bias the weights.

@@ -44,8 +44,8 @@ TL_DECLARE_REF(LightTile)
 
 // The candidate that a pixel has kept.
 struct ChosenLight {
-    uint light;      // kNone: none
-    float luminance; // of the direct light that it stands for, visibility included
+    uint light;      // where there is luminance
+    float luminance; // of the direct light that it stands for, visibility included; negative: nothing is shaded here
 };
 
 TL_DECLARE_REF(ChosenLight)

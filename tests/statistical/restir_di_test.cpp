@@ -185,6 +185,16 @@ TEST_F(RestirDiTest, WithoutReuse) {
     expectUnbiased(still, 1);
 }
 
+TEST_F(RestirDiTest, LearnedLightsThatComeAndGo) {
+    settings_ = {{"restir_di.reuse", "off"}};
+    expectUnbiased(
+        [](Room& room, int frame) {
+            room.show(room.sphere, frame != 2);
+            room.place(room.ball, at({0.3 + 0.3 * frame, 0.6, 0.2 * frame}));
+        },
+        4);
+}
+
 TEST_F(RestirDiTest, BsdfSamplesOnEverySurface) {
     settings_.push_back({"restir_di.bsdfRoughness", "1"});
     expectUnbiased(still, 3);
@@ -266,8 +276,11 @@ TEST_F(RestirDiTest, NothingIsLeftOfARemovedLight) {
     EXPECT_GT(brightest(), 0.1f);
     room.show(room.sphere, false);
     EXPECT_EQ(brightest(), 0.0f);
+    // Long enough for what tiles know of light to fade away.
+    view.render({.spp = 1, .warmup = 700});
     room.show(room.sphere, true);
     EXPECT_GT(brightest(), 0.1f);
+    EXPECT_EQ(view.stats().nonfinite, 0u);
     room.scene.world.modify<Light>(room.sphere)->radiance = glm::vec3(0);
     EXPECT_EQ(brightest(), 0.0f);
 }

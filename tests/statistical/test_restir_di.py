@@ -70,6 +70,18 @@ def test_learning_the_lights_pays(render):
     assert errors[8] < 0.85 * errors[0]
 
 
+@pytest.mark.skipif(not harness.FULL, reason="times need a quiet machine; set TRILUME_FULL=1")
+def test_a_thousand_lamps_at_equal_time(render, tmp_path):
+    """At most a fifth of the error of ray tracing that takes as long."""
+    stage = tmp_path / "hall.usda"
+    stages.hall(stage, lamps=1000)
+    reference = render(stage, "-t", "raytrace", "--spp", 32768, "--seed", 7).image
+    restir = render(stage, *RESTIR, "--spp", 64)
+    per_frame = render(stage, "-t", "raytrace", "--spp", 256).stats["frames"][0]["ms"] / 256
+    raytrace = render(stage, "-t", "raytrace", "--spp", round(restir.stats["frames"][0]["ms"] / per_frame))
+    assert metrics.mse(restir.image, reference) <= metrics.mse(raytrace.image, reference) / 5
+
+
 @pytest.mark.parametrize("tracer", ["compute", "query"])
 def test_same_seed_same_image_on_any_number_of_threads(render, tracer):
     flags = (*REUSE, "--spp", 4, "--tracer", tracer)

@@ -9,7 +9,7 @@ layout(local_size_x = 64) in;
 
 void main() {
     const uint index = gl_GlobalInvocationID.x;
-    if (dryFrame() || index >= kCausticPatches || (push.flags & kCausticsUnchanged) == 0u) return;
+    if (index >= kCausticPatches || (push.flags & kCausticsUnchanged) == 0u) return;
     const CausticPatch before = push.previousCache.v[index];
     if (before.key == 0u) return;
     const uint slot = insertCausticPatch(push.cache, uvec2(before.home, before.key));

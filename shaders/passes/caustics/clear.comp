@@ -7,7 +7,6 @@ layout(local_size_x = 64) in;
 
 void main() {
     const uint index = gl_GlobalInvocationID.x;
-    if (dryFrame()) return;
     if (index < TL_FRAME.width * TL_FRAME.height)
         for (uint i = 0u; i < kFixedWords; ++i) push.splats.v[kFixedWords * index + i] = 0u;
     if (index <= push.headMask) push.heads.v[index] = kNone;

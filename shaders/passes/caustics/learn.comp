@@ -36,7 +36,6 @@ float scan(float value) {
 }
 
 void main() {
-    if (dryFrame()) return;
     const uint lane = gl_LocalInvocationIndex;
     const uint first = gl_WorkGroupID.x * kGuideTargets + lane;
     const bool known = (push.flags & kCausticsHistory) != 0u;

@@ -25,7 +25,4 @@ void countArrivals(uint arrivals) {
     if (subgroupElect()) atomicAdd(push.state.v[0].arrivals, sum);
 }
 
-// Dry frames, which have no pixels, do nothing.
-bool dryFrame() { return TL_FRAME.width == 0u; }
-
 #endif

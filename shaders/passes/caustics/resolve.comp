@@ -7,6 +7,6 @@ layout(local_size_x = 64) in;
 
 void main() {
     const uint index = gl_GlobalInvocationID.x;
-    if (dryFrame() || index >= kCausticPatches || push.cache.v[index].key == 0u) return;
+    if (index >= kCausticPatches || push.cache.v[index].key == 0u) return;
     push.cache.v[index].irradiance += push.cacheShare * sumAt(push.cacheSums, index);
 }

@@ -11,7 +11,6 @@ layout(push_constant, scalar) uniform Push { ProbeBeginPush push; };
 layout(local_size_x = 1) in;
 
 void main() {
-    if (TL_FRAME.width == 0u) return;
     ProbeVolume volume;
     volume.probes = push.probes;
     volume.irradiance = push.irradiance;

@@ -70,7 +70,6 @@ void blendDistances(ProbeVolume volume, ProbeTurn turn, uint firstRay) {
 }
 
 void main() {
-    if (TL_FRAME.width == 0u) return;
     ProbeVolume volume = push.volume.v[0];
     for (uint entry = probePart(gl_WorkGroupID.x, push.groups); entry < volume.selected; entry += push.groups) {
         const ProbeTurn turn = push.turns.v[entry];

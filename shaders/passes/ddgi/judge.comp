@@ -168,7 +168,6 @@ float judgeLight(ProbeVolume volume, uint index, inout Probe probe, vec3 fresh[2
 }
 
 void main() {
-    if (TL_FRAME.width == 0u) return;
     ProbeVolume volume = push.volume.v[0];
     const bool bounce = (push.flags & kProbeUpdateBounce) != 0u;
     const bool placing = (push.flags & (kProbeUpdateRestart | kProbeUpdateMoved)) != 0u;

@@ -34,7 +34,7 @@ Probe freshProbe() {
 void main() {
     const uint index = gl_GlobalInvocationID.x;
     ProbeVolume volume = push.volume.v[0];
-    if (TL_FRAME.width == 0u || index >= volume.probeCount) return;
+    if (index >= volume.probeCount) return;
     if ((push.flags & kProbeUpdateRestart) != 0u) {
         volume.probes.v[index] = freshProbe();
     } else if ((push.flags & kProbeUpdateChanged) != 0u) {
@@ -52,7 +52,8 @@ void main() {
     const bool awake = probe.watch > 0u || (probe.flags & (kProbeActive | kProbeConverged)) == kProbeActive;
     const uint period = awake ? volume.period : kSentinelPeriod;
     const bool serves = (probe.flags & kProbeActive) != 0u;
-    bool taken = (pcg(index) + TL_FRAME.frameIndex) % period == 0u;
+    // One out of use stays so until something changes.
+    bool taken = (awake || serves) && (pcg(index) + TL_FRAME.frameIndex) % period == 0u;
     if ((push.flags & kProbeUpdateRestart) != 0u) taken = true;
     else if ((push.flags & kProbeUpdateMoved) != 0u) taken = probe.seen == 0.0;
     else if ((push.flags & (kProbeUpdateActive | kProbeUpdateBounce)) != 0u) taken = serves;

@@ -27,7 +27,6 @@ ProbeRay traceProbeRay(vec3 origin, vec3 direction, float spacing, inout Sampler
 }
 
 void main() {
-    if (TL_FRAME.width == 0u) return;
     ProbeVolume volume = push.volume.v[0];
     const uint total = volume.selected * push.raysPerProbe;
     const uint first = probePart(gl_WorkGroupID.x, push.groups) * gl_WorkGroupSize.x + gl_LocalInvocationID.x;

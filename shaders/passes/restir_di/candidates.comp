@@ -115,6 +115,7 @@ Stream drawCandidates(uvec2 pixel, Shading shading, inout Sampler rng) {
     s.sum = 0.0;
     s.contribution = vec3(0.0);
     s.arrival = 0.0;
+    s.kept.light = kNone;
     if (!bsdfHasSmooth(shading.bsdf)) return s;
     // Densities of BSDF samples among the lobes that are no deltas: visibility stands for the others.
     const float pSkipped = bsdfDeltaProbability(shading.bsdf);
@@ -152,7 +153,7 @@ vec3 keepCandidate(Shading shading, Stream s, inout Reservoir r) {
     r.light = s.kept.light;
     r.uv = s.kept.uv;
     r.target = luminance(s.contribution) / perUv;
-    finishReservoir(r, s.sum * (luminance(s.contribution) / s.target));
+    setWeight(r, s.sum / s.target * perUv);
     if (TL_UNBIASED != 0) r.target *= share;
     return direct;
 }
@@ -183,22 +184,24 @@ void main() {
     TemporalNeighbor neighbor = TemporalNeighbor(kNone, 0.0);
 #endif
     vec3 direct = vec3(0.0);
-    Stream s;
+    ChosenLight chosen = ChosenLight(kNone, -1.0);
     if (point.instance != kNone) {
         Sampler rng = pixelSampler(pixel);
         rng.dimension = point.dimension;
         const Shading shading = shadeVisiblePoint(point);
-        s = drawCandidates(pixel, shading, rng);
+        Stream s = drawCandidates(pixel, shading, rng);
 #if TL_REUSE
         r = describe(point, shading);
-        if (s.sum > 0.0) direct = point.throughput * keepCandidate(shading, s, r);
+        if (s.sum > 0.0) direct = keepCandidate(shading, s, r);
         if (push.alone == 0u) neighbor = findNeighbor(pixel, point, shading, r);
 #else
         if (s.sum > 0.0) {
             const float share = keptVisibility(shading, s);
-            direct = point.throughput * estimate(s, share);
+            direct = estimate(s, share);
         }
 #endif
+        chosen = ChosenLight(s.kept.light, luminance(direct));
+        direct *= point.throughput;
     }
 #if TL_REUSE
     if (push.alone != 0u) push.final.v[index] = r;
@@ -211,7 +214,7 @@ void main() {
     {
         push.direct.v[index] = direct;
 #if TL_CHOICE
-        push.chosen.v[index] = ChosenLight(s.kept.light, luminance(direct));
+        push.chosen.v[index] = chosen;
 #endif
     }
     countRays(rayCount);

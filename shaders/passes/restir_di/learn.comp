@@ -13,6 +13,12 @@ layout(push_constant, scalar) uniform Push { LearnPush push; };
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
+// A mean after another frame. Faint ones are forgotten, before they are too small to divide by.
+float remembered(float mean, float share) {
+    const float kFaintest = 1e-20;
+    return mean * share > kFaintest ? mean * share : 0.0;
+}
+
 // The light's place in the list; a new one takes that of the weakest.
 void credit(uint light, float amount, inout LightTile tile) {
     uint place = 0u;
@@ -45,14 +51,18 @@ void main() {
     }
     tile.frames = min(tile.frames + 1u, kTileMemory);
     const float weight = 1.0 / float(tile.frames);
-    tile.total *= 1.0 - weight;
+    tile.total = remembered(tile.total, 1.0 - weight);
     [[unroll]] for (uint i = 0u; i < kTileLights; ++i) {
         const uint light = tile.means[i] > 0.0 ? currentLight(tile.lights[i]) : kNone;
         tile.lights[i] = light;
-        tile.means[i] = light == kNone ? 0.0 : (1.0 - weight) * tile.means[i];
+        tile.means[i] = light == kNone ? 0.0 : remembered(tile.means[i], 1.0 - weight);
     }
     const uvec2 end = min(first + kTileSide, uvec2(TL_FRAME.width, TL_FRAME.height));
-    const float share = weight / float((end.x - first.x) * (end.y - first.y));
+    uint shaded = 0u;
+    for (uint y = first.y; y < end.y; ++y)
+        for (uint x = first.x; x < end.x; ++x)
+            if (push.chosen.v[pixelIndex(uvec2(x, y))].luminance >= 0.0) ++shaded;
+    const float share = weight / float(max(shaded, 1u));
     for (uint y = first.y; y < end.y; ++y) {
         for (uint x = first.x; x < end.x; ++x) {
             const ChosenLight chosen = push.chosen.v[pixelIndex(uvec2(x, y))];

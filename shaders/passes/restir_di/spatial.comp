@@ -89,17 +89,20 @@ void main() {
     const uint index = pixelIndex(pixel);
     Reservoir r = push.merged.v[index];
     vec3 direct = vec3(0.0);
+    ChosenLight chosen = ChosenLight(kNone, -1.0);
     if (r.depth > 0.0) {
         const VisiblePoint point = push.points.v[index];
         const Shading shading = shadeVisiblePoint(point);
         Sampler rng = reuseSampler(pixel, kReuseSpatial);
         r = merge(shading, r, pixel, rng);
-        direct = point.throughput * shade(shading, r);
+        direct = shade(shading, r);
+        chosen = ChosenLight(r.light, luminance(direct));
+        direct *= point.throughput;
     }
     push.final.v[index] = r;
     push.direct.v[index] = direct;
 #if TL_CHOICE
-    push.chosen.v[index] = ChosenLight(r.light, luminance(direct));
+    push.chosen.v[index] = chosen;
 #endif
     countRays(rayCount);
 }
