@@ -29,6 +29,15 @@ ProbeGrid gridOfSpacing(glm::vec3 boundsMin, glm::vec3 boundsMax, float spacing)
     return grid;
 }
 
+/// For bounds that have outgrown `before`: likely to go on, so there is room for eight times as much, up to half the
+/// size.
+ProbeGrid outgrown(const ProbeGrid& before, glm::vec3 min, glm::vec3 max, uint32_t limit) {
+    const glm::vec3 room = 0.45f * (max - min);
+    const glm::vec3 below = glm::max(before.boundsMin - min, glm::vec3(0));
+    const glm::vec3 above = glm::max(max - before.boundsMax, glm::vec3(0));
+    return fitProbeGrid(min - glm::min(8.0f * below, room), max + glm::min(8.0f * above, room), limit);
+}
+
 } // namespace
 
 bool ProbeGrid::serves(glm::vec3 min, glm::vec3 max) const {
@@ -51,19 +60,6 @@ ProbeGrid fitProbeGrid(glm::vec3 boundsMin, glm::vec3 boundsMax, uint32_t limit)
     }
     return grid;
 }
-
-namespace {
-
-/// For bounds that have outgrown `before`: likely to go on, so there is room for eight times as much, up to half the
-/// size.
-ProbeGrid outgrown(const ProbeGrid& before, glm::vec3 min, glm::vec3 max, uint32_t limit) {
-    const glm::vec3 room = 0.45f * (max - min);
-    const glm::vec3 below = glm::max(before.boundsMin - min, glm::vec3(0));
-    const glm::vec3 above = glm::max(max - before.boundsMax, glm::vec3(0));
-    return fitProbeGrid(min - glm::min(8.0f * below, room), max + glm::min(8.0f * above, room), limit);
-}
-
-} // namespace
 
 graph::Need DdgiNode::needed(const graph::SceneFacts& facts, const ParamSet& /*params*/) const {
     if (facts.lights == 0) return graph::Need::no("no lights");
