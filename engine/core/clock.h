@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <ctime>
 
 namespace trilume {
 
@@ -19,6 +20,21 @@ public:
 
 private:
     std::chrono::steady_clock::time_point start_;
+};
+
+/// Processor time of the calling thread, in milliseconds, since construction: what it computed, not what it waited for.
+class ThreadStopwatch {
+public:
+    ThreadStopwatch() : start_(now()) {}
+    double ms() const { return now() - start_; }
+
+private:
+    static double now() {
+        timespec time{};
+        clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+        return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+    }
+    double start_;
 };
 
 } // namespace trilume

@@ -75,6 +75,7 @@ Buffer Device::createBuffer(size_t bytes, Memory memory, std::string_view what, 
 void Device::upload(Buffer& buffer, size_t offset, std::span<const std::byte> bytes) {
     checkRange(buffer, offset, bytes.size(), "an upload");
     if (bytes.empty()) return;
+    impl_->uploadedBytes += bytes.size();
     UploadQueue& uploads = *impl_->uploads;
     const bool idle = impl_->frames.completed() == impl_->frames.submitted();
     if (buffer.mapped() && idle && uploads.empty()) {

@@ -144,6 +144,7 @@ void Device::setTopLevel(VkAccelerationStructureKHR topLevel, VkAccelerationStru
 }
 void Device::destroyLater(std::function<void()> destroy) { impl_->retire(std::move(destroy)); }
 size_t Device::memoryInUse() const { return impl_->memory.inUse(); }
+uint64_t Device::uploadedBytes() const { return impl_->uploadedBytes; }
 uint32_t Device::validationMessages() const { return impl_->instance.messages(); }
 void Device::savePipelineCache() { impl_->pipelines.save(); }
 

@@ -215,6 +215,7 @@ public:
     void destroyLater(std::function<void()> destroy);
 
     size_t memoryInUse() const;          ///< bytes of live buffers and images
+    uint64_t uploadedBytes() const;      ///< given to upload and createImage so far
     uint32_t validationMessages() const; ///< warnings and errors so far; 0 without validation
     void savePipelineCache();            ///< also done by the destructor
 

@@ -63,6 +63,7 @@ struct Device::Impl {
     std::deque<Garbage> garbage;
     std::mutex firstDispatches;         ///< held by the thread that submits one
     std::optional<UploadQueue> uploads; ///< made by the Device, whose buffers it uses
+    uint64_t uploadedBytes = 0;
     bool recording = false;
     std::array<VkAccelerationStructureKHR, 2> topLevels{}; ///< this frame's and last frame's, by binding
 };

@@ -73,6 +73,7 @@ Image Device::createImage(uint32_t width, uint32_t height, VkFormat format, std:
         regions[i].imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, i, 0, 1};
         regions[i].imageExtent = {chain.levels[i].width, chain.levels[i].height, 1};
     }
+    impl_->uploadedBytes += chain.texels.size();
     impl_->uploads->toImage(parts.handle, std::move(regions), chain.texels);
     impl_->limitStaging(*this);
     return image;

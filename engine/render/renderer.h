@@ -35,10 +35,13 @@ struct ProbeStats {
 struct FrameStats {
     double ms = 0;       ///< wall time of rendering, loading and pipeline creation excluded
     double warmupMs = 0; ///< of it, before the frames that are averaged
-    uint32_t spp = 0;    ///< frames averaged, those of calls before included where the average went on
+    double hostMs =
+        0;            ///< processor time of the calling thread: follows the scene, compiles the graph, records, submits
+    uint32_t spp = 0; ///< frames averaged, those of calls before included where the average went on
     std::vector<NodeStats> nodes;
     uint64_t rays = 0;
     uint32_t blasBuilt = 0, blasRefit = 0, tlasBuilt = 0;
+    uint64_t uploadedBytes = 0; ///< tables, meshes and textures; each frame's constants are not counted
     ProbeStats probes;
     uint64_t photons = 0;
     uint64_t nonfinite = 0; ///< pixels whose sample was not finite: dropped and counted

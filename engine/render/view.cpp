@@ -104,6 +104,7 @@ struct View::Impl {
     shared::Camera previousCamera{};             ///< of the picture before
     bool followsChange = false;                  ///< the next frame is the first since something changed
     rt::AccelStats builds;                       ///< since the last picture
+    uint64_t preparedBytes = 0;                  ///< uploaded by prepare() since then
     std::optional<EffortGovernor> governor;
     FrameStats stats;
 };
@@ -280,6 +281,7 @@ graph::FrameInput View::Impl::frameInput(const FrameSlot& slot, uint32_t sampleI
 void View::Impl::submitFrame(uint32_t sampleIndex) {
     FrameSlot& slot = slots[frameIndex % kFramesInFlight];
     collect(slot);
+    const ThreadStopwatch host;
     const FrameData data = frameData(slot, sampleIndex);
     std::memcpy(slot.constants.mapped(), &data, sizeof(data));
     std::memset(slot.counters.mapped(), 0, slot.counters.size());
@@ -293,6 +295,7 @@ void View::Impl::submitFrame(uint32_t sampleIndex) {
     followsChange = false;
     ++frameIndex;
     repeats = true;
+    stats.hostMs += host.ms();
 }
 
 void View::Impl::collect(FrameSlot& slot) {
@@ -338,7 +341,9 @@ void View::Impl::syncScene() {
 
 double View::prepare() {
     Impl& v = *impl_;
+    const uint64_t uploadedBefore = v.device.uploadedBytes();
     v.syncScene();
+    v.preparedBytes += v.device.uploadedBytes() - uploadedBefore;
     v.buildGraph();
     const Stopwatch watch;
     std::vector<gpu::ShaderSource> sources;
@@ -357,7 +362,9 @@ double View::prepare() {
 ImageData View::render(const RenderOptions& options) {
     Impl& v = *impl_;
     const double pipelinesBefore = v.shared.pipelineMs;
+    const uint64_t uploadedBefore = v.device.uploadedBytes();
     const Stopwatch watch;
+    const ThreadStopwatch host;
     // What a call that failed has left half-done is no history.
     if (!std::exchange(v.rendered, false)) {
         v.executor.resetHistory();
@@ -368,9 +375,11 @@ ImageData View::render(const RenderOptions& options) {
     const bool rests = goesOn && v.averaged >= options.restAfter;
     if (v.governor && !goesOn) v.params.setEffort(v.governor->effort());
     v.buildGraph();
+    const double preparing = host.ms();
 
     const graph::CompiledGraph& graph = v.executor.graph();
     v.stats = {};
+    v.stats.hostMs = preparing;
     v.stats.effort = v.params.effort();
     for (const graph::Pass& pass : graph.passes)
         v.stats.nodes.push_back(pass.runs() && rests
@@ -406,6 +415,7 @@ ImageData View::render(const RenderOptions& options) {
     v.averaged = v.stats.spp = before + done;
     v.continues = v.rendered = true;
     v.stats.memoryBytes = v.device.memoryInUse();
+    v.stats.uploadedBytes = std::exchange(v.preparedBytes, 0) + v.device.uploadedBytes() - uploadedBefore;
     if (done > 0) v.filtered.reset();
     ImageData picture = v.finishedPicture();
     v.stats.ms = watch.ms() - (v.shared.pipelineMs - pipelinesBefore);

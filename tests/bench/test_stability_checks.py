@@ -9,7 +9,8 @@ from trilume_bench import bench, checks  # noqa: E402
 from trilume_bench.suites import stability  # noqa: E402
 
 NAMES = ("base", "scale 1e-05 by transform", "emission 100000", "furnace, IOR 1.5")
-FRAMES = 40 * stability.PERIOD
+LOOPS = 90
+SOAK = "soak", stability.SWITCHED, 0
 
 
 def picture(seed=1):
@@ -22,13 +23,15 @@ def measured():
     def result(image, **numbers):
         return bench.Result(bench.Job("average", 1), {"nonfinite": 0, **numbers}, {"image": image})
 
-    means = 1 + 0.3 * np.sin(2 * np.pi * np.arange(FRAMES) / stability.PERIOD)
-    means += np.random.default_rng(2).normal(0, 0.002, FRAMES)
+    noise = np.random.default_rng(2).normal(0, 0.001, (2, LOOPS))
+    phases = [{"name": "steady", "frames": 8, "means": (1 + noise[0]).tolist()},
+              {"name": "bpt", "frames": 2, "means": (0.5 + noise[1]).tolist()},
+              {"name": "resized", "frames": 2, "means": [0.7] * LOOPS}]
     return {
         ("base", "hybrid", 0): result(picture()), (NAMES[1], "hybrid", 0): result(picture()),
         (NAMES[2], "hybrid", 0): result(1e5 * picture()), (NAMES[3], "hybrid", 0): result(np.ones_like(picture())),
-        ("soak", "hybrid", 0): result(None, means=means.tolist(), memory_bytes=[5_000_000] * FRAMES,
-                                   resident_kb=[90_000 + k % 7 for k in range(200)]),
+        SOAK: result(None, frames=12 * LOOPS, phases=phases, changed_after_reload=0, memory_bytes=[5_000_000] * LOOPS,
+                     resident_bytes=[90_000_000 + 1000 * (k % 7) for k in range(LOOPS)]),
     }
 
 
@@ -69,16 +72,30 @@ def test_a_leak_of_some_pixels_is_caught():
 
 def test_a_drifting_history_is_caught():
     results = measured()
-    means = results["soak", "hybrid", 0].numbers["means"]
-    means[:] = (np.array(means) * (1 + 1e-5 * np.arange(FRAMES))).tolist()
-    assert failures(results) == [(f"soak of {FRAMES} frames", "drift within 0.1%")]
+    for phase in results[SOAK].numbers["phases"][:2]:
+        phase["means"] = (np.array(phase["means"]) * (1 + 5e-5 * np.arange(LOOPS))).tolist()
+    assert (f"soak of {12 * LOOPS} frames", "drift within 0.1%") in failures(results)
+
+
+def test_a_drift_of_one_phase_is_caught():
+    results = measured()
+    phase = results[SOAK].numbers["phases"][1]
+    phase["means"] = (np.array(phase["means"]) * (1 + 1e-4 * np.arange(LOOPS))).tolist()
+    assert failures(results) == [(f"soak of {12 * LOOPS} frames, bpt", "drift within 0.1%")]
+
+
+@pytest.mark.parametrize("plant", [lambda n: n.update(changed_after_reload=1), lambda n: n["phases"][2]["means"].__setitem__(7, 0.7001)])
+def test_a_picture_that_changed_is_caught(plant):
+    results = measured()
+    plant(results[SOAK].numbers)
+    assert len(failures(results)) == 1 and "pictures that differ" in failures(results)[0][1]
 
 
 def test_growing_memory_is_caught():
     results = measured()
-    numbers = results["soak", "hybrid", 0].numbers
+    numbers = results[SOAK].numbers
     numbers["memory_bytes"][-1] += 4096
-    numbers["resident_kb"] = [90_000 + 20 * k for k in range(200)]
+    numbers["resident_bytes"] = [90_000_000 + 50_000 * k for k in range(LOOPS)]
     assert [bound for _, bound in failures(results)] == ["device memory grows by at most 0%", "resident memory grows by at most 1%"]
 
 

@@ -141,11 +141,13 @@ TEST_F(RendererTest, NothingIsBuiltForWhatDidNotChange) {
     EXPECT_EQ(view.stats().tlasBuilt, 1u);
     view.render({.spp = 1});
     EXPECT_EQ(view.stats().blasBuilt + view.stats().tlasBuilt, 0u);
+    EXPECT_EQ(view.stats().uploadedBytes, 0u);
 
     room.scene.world.modify<LocalTransform>(room.ball)->parentFromLocal[3].x = 1;
     view.render({.spp = 1});
     EXPECT_EQ(view.stats().blasBuilt, 0u);
     EXPECT_EQ(view.stats().tlasBuilt, 1u);
+    EXPECT_GT(view.stats().uploadedBytes, 0u);
 }
 
 TEST_F(RendererTest, AStillPictureIsAveragedAndThenRests) {

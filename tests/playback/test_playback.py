@@ -59,6 +59,7 @@ def test_moving_things_rebuild_the_top_level_only(played):
     frames = played[1]["frames"]
     assert accel(frames[0])[0] >= 1 and accel(frames[0])[2] == 1
     assert all(accel(f) == (0, 0, 1) for f in frames[1:])
+    assert all(0 < f["uploaded_bytes"] < frames[0]["uploaded_bytes"] / 10 for f in frames[1:])
 
 
 def test_nodes_that_ran(played):
@@ -73,13 +74,14 @@ def test_a_frame_does_not_depend_on_those_before_it(played, render):
     assert (alone == metrics.read_image(frame_file(played[0], 12))).all()
 
 
-def test_static_stage_builds_nothing_after_its_first_frame(command, tmp_path):
-    done = harness.run("render", *SIZE, "-t", "pathtrace", "-f", "1:3", "--stats", tmp_path / "stats.json",
+def test_static_stage_builds_and_uploads_nothing_after_its_first_frame(command, tmp_path):
+    done = harness.run("render", *SIZE, "-t", "hybrid", "-f", "1:3", "--stats", tmp_path / "stats.json",
                        harness.CONTENT / "cornell_glass.usda", tmp_path / "out.####.pfm")
     assert done.status == 0, done.stderr
     frames = json.loads((tmp_path / "stats.json").read_text())["frames"]
-    assert accel(frames[0])[0] >= 1
-    assert [accel(f) for f in frames[1:]] == [(0, 0, 0)] * 2
+    assert accel(frames[0])[0] >= 1 and frames[0]["uploaded_bytes"] > 1000
+    assert [(*accel(f), f["uploaded_bytes"]) for f in frames[1:]] == [(0, 0, 0, 0)] * 2
+    assert all(0 < f["host_ms"] < f["ms"] for f in frames)
 
 
 DEFORMING = harness.mesh(points=f"""{harness.SQUARE_POINTS}

@@ -168,9 +168,9 @@ TEST(Stats, JsonHoldsTheContract) {
     EXPECT_EQ(keysOf(json["startup_ms"]), (std::vector<std::string>{"device", "first_frame", "load", "pipelines"}));
     EXPECT_EQ(json["tracer"], "query");
     const auto& f = json["frames"].at(0);
-    EXPECT_EQ(keysOf(f),
-              (std::vector<std::string>{"accel", "effort", "frame", "memory_bytes", "ms", "nodes", "nonfinite",
-                                        "photons", "probes", "rays", "spp", "unowned", "warmup_ms"}));
+    EXPECT_EQ(keysOf(f), (std::vector<std::string>{"accel", "effort", "frame", "host_ms", "memory_bytes", "ms", "nodes",
+                                                   "nonfinite", "photons", "probes", "rays", "spp", "unowned",
+                                                   "uploaded_bytes", "warmup_ms"}));
     EXPECT_EQ(keysOf(f["accel"]), (std::vector<std::string>{"blas_built", "blas_refit", "tlas_built"}));
     EXPECT_EQ(keysOf(f["probes"]), (std::vector<std::string>{"active", "total", "updated"}));
     EXPECT_EQ(keysOf(f["nodes"].at(0)), (std::vector<std::string>{"ms", "name", "reason", "state"}));

@@ -72,7 +72,7 @@ class Bench:
             (settings.home / "lib/trilume/plugins").glob("*/*.so"))
         share = settings.home / "share/trilume"
         shaders = os.environ.get("TRILUME_SHADERS", share / "shaders")
-        build = store.fingerprint([settings.program, *libraries, shaders, share / "techniques.json",
+        build = store.fingerprint([settings.program, *sorted((settings.home / "bin").glob("bench_*")), *libraries, shaders, share / "techniques.json",
                                    here / "measure.py", here / "command.py", here / "metrics.py"])
         devices = json.dumps([self.info["devices"], settings.device, settings.tracer])
         self.store = store.Store(settings.output / "samples", hashlib.sha256((build + devices).encode()).hexdigest())

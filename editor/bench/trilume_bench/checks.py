@@ -39,15 +39,19 @@ def ratio(case, technique, images, expected, bound):
     return Row(case, technique, f"1 +- {bound:g}", f"{1 + mean:.5f} +- {width:.1g}", good)
 
 
-def drift(case, technique, means, period, bound):
-    """Level of the last third of periods against the first third, each the mean over whole periods of equal pictures."""
-    levels = np.asarray(means, np.float64)[:len(means) // period * period].reshape(-1, period).mean(axis=1)
+def drift(case, technique, levels, bound, comparisons=1):
+    """Last third of a series that should be level against its first third; `comparisons` share the chance of an error."""
+    levels = np.asarray(levels, np.float64)
     third = len(levels) // 3
-    widths = [metrics.interval(part)[1] for part in (levels[:third], levels[-third:])]
-    width = np.hypot(*widths) / levels.mean()
+    spread = np.sqrt((levels[:third].var(ddof=1) + levels[-third:].var(ddof=1)) / third) / levels.mean()
+    width = metrics.student_quantile(1 - 0.05 / comparisons, 2 * (third - 1)) * spread
     measured = metrics.drift(levels)
     good = bool(np.isfinite(measured) and abs(measured) <= bound + width and width <= WIDEST)
     return Row(case, technique, f"drift within {100 * bound:g}%", f"{100 * measured:+.3f}% +- {100 * width:.2g}%", good, bool(width <= bound))
+
+
+def none(case, technique, what, count):
+    return Row(case, technique, f"0 {what}", str(count), count == 0)
 
 
 def flat(case, technique, what, values, bound):

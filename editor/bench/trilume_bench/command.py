@@ -20,7 +20,6 @@ class Rendered:
     images: list   # of each output frame (height, width, 3)
     stats: dict    # --stats
     aovs: dict     # name: image of the first output frame
-    resident: list  # (kilobytes) resident memory of the process, sampled while it ran
 
 
 class Command:
@@ -32,8 +31,8 @@ class Command:
     def info(self):
         return json.loads(self._run(["info", "--json"]))
 
-    def render(self, stage, size, options=(), frames=None, aovs=(), env=None, watch=False):
-        """size: (width, height). frames: a frame spec, or None for one picture. watch: sample resident memory."""
+    def render(self, stage, size, options=(), frames=None, aovs=(), env=None):
+        """size: (width, height). frames: a frame spec, or None for one picture."""
         with tempfile.TemporaryDirectory(prefix="trilume-bench-") as folder:
             folder = Path(folder)
             stats = folder / "stats.json"
@@ -44,16 +43,15 @@ class Command:
                 words += ["-f", frames]
             for name in aovs:
                 words += ["--aov", f"{name}={folder / ('aov.' + name)}{'' if frames is None else '.######'}.pfm"]
-            resident = []
-            self._run(words, env, resident if watch else None)
+            self._run(words, env)
             return Rendered([metrics.read_pfm(p) for p in sorted(folder.glob("image*.pfm"))], json.loads(stats.read_text()),
-                            {name: metrics.read_pfm(min(folder.glob(f"aov.{name}*.pfm"))) for name in aovs}, resident)
+                            {name: metrics.read_pfm(min(folder.glob(f"aov.{name}*.pfm"))) for name in aovs})
 
-    def _run(self, words, env=None, resident=None):
+    def _run(self, words, env=None):
         process = subprocess.Popen([self.path, *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                                    errors="replace", env={**os.environ, **(env or {})})
         try:
-            out, err = _watch(process, resident) if resident is not None else process.communicate(timeout=TIMEOUT)
+            out, err = process.communicate(timeout=TIMEOUT)
         except BaseException:
             process.kill()
             process.wait()
@@ -63,15 +61,6 @@ class Command:
             raise BenchError(RUN, "a measurement failed", " ".join([self.path, *map(str, words)]),
                              lines[-1].removeprefix("trilume: error: "))
         return out
-
-
-def _watch(process, resident):
-    while True:
-        try:
-            return process.communicate(timeout=0.5)
-        except subprocess.TimeoutExpired:
-            status = Path(f"/proc/{process.pid}/status").read_text()
-            resident += [int(line.split()[1]) for line in status.splitlines() if line.startswith("VmRSS")]
 
 
 def median_nodes(frames):

@@ -46,6 +46,7 @@ def frames(bench, stage, technique, size, warmup, count, seed, budget_ms=0, opti
         "averaged": averaged, "equal_ms": float(ms[warmup:warmup + averaged].sum()),
         "nodes": median_nodes(facts[warmup:]), "states": {n["name"]: [n["state"], n["reason"]] for n in last["nodes"]},
         "rays": float(np.median([f["rays"] for f in facts[warmup:]])), "photons": last["photons"], "probes": last["probes"],
+        "host_ms": float(np.median([f["host_ms"] for f in facts[warmup:]])), "uploaded_bytes": [f["uploaded_bytes"] for f in facts],
         "accel": {k: max(f["accel"][k] for f in facts[warmup:]) for k in last["accel"]},
         "nonfinite": sum(f["nonfinite"] for f in facts) + metrics.nonfinite(images),
         "frame_means": images.mean(axis=(1, 2, 3), dtype=np.float64).tolist(),
@@ -132,17 +133,21 @@ def average(bench, stage, technique, size, spp, warmup, seed, options=()):
             "startup_ms": rendered.stats["startup_ms"]}, {"image": rendered.images[0]}
 
 
-def soak(bench, stage, technique, size, frames, seed, options=()):
-    """Every frame of an animation: means, counts and memory by frame; flicker of the last eight, should they be at rest."""
-    rendered = bench.command.render(bench.stage(stage), size, ["-t", technique, "--seed", seed, *options], frames=f"1:{frames}",
-                                    watch=True)
+def animation(bench, stage, technique, size, frames, seed):
+    """Every frame of an animation; flicker of the last eight, should they be at rest."""
+    rendered = bench.command.render(bench.stage(stage), size, ["-t", technique, "--seed", seed], frames=f"1:{frames}")
     facts = rendered.stats["frames"]
     return {"ms": [round(f["ms"], 3) for f in facts], "nonfinite": sum(f["nonfinite"] for f in facts),
-            "memory_bytes": [f["memory_bytes"] for f in facts], "resident_kb": rendered.resident,
             "flicker": metrics.flicker(np.clip(rendered.images[-8:], 0, 1)),
             # Clipped: the few pixels that show a lamp would outweigh all others.
             "means": [float(np.clip(i, 0, 1).mean(dtype=np.float64)) if np.isfinite(i).all() else math.nan
                       for i in rendered.images]}, {"last": rendered.images[-1]}
+
+
+def soak(bench, stage, size, frames, seed, options=()):
+    """One process in which everything is switched while the stage's time goes round, by editor/bench/soak."""
+    words = ["--frames", frames, "--width", size[0], "--height", size[1], "--seed", seed, *bench.command.options, *options]
+    return _program(bench, "bench_soak", [bench.stage(stage), *words], "build the applications"), {}
 
 
 def startup(bench, stage, technique, size, runs, seed):
@@ -163,11 +168,16 @@ def startup(bench, stage, technique, size, runs, seed):
 
 def tracer(bench, rays, repeats, scene):
     """Rays per second of both tracers and Embree, by tests/bench/tracer."""
-    program = bench.settings.home / "bin/bench_tracer"
+    words = ["--json", "--rays", rays, "--repeats", repeats, "--scene", scene]
+    return _program(bench, "bench_tracer", words, "install Embree 3 (tools/bootstrap --test) and configure with TRILUME_TESTS=ON"), {}
+
+
+def _program(bench, name, words, hint):
+    """What a program beside the command prints as JSON."""
+    program = bench.settings.home / "bin" / name
     if not program.exists():
-        raise BenchError(INPUT, "not built", program, "install Embree 3 (tools/bootstrap --test) and configure with TRILUME_TESTS=ON")
-    words = [program, "--json", "--rays", rays, "--repeats", repeats, "--scene", scene]
-    done = subprocess.run([str(w) for w in words], capture_output=True, text=True)
+        raise BenchError(INPUT, "not built", program, hint)
+    done = subprocess.run([str(w) for w in (program, *words)], capture_output=True, text=True)
     if done.returncode != 0:
-        raise BenchError(RUN, "bench_tracer failed", program, (done.stderr.splitlines() or ["no message"])[-1])
-    return json.loads(done.stdout), {}
+        raise BenchError(RUN, f"{name} failed", program, (done.stderr.splitlines() or ["no message"])[-1])
+    return json.loads(done.stdout)

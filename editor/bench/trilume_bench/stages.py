@@ -192,25 +192,24 @@ def furnace(path, ior):
     stage.GetRootLayer().Export(str(path))
 
 
-def soak(source, path, frames, period):
+def soak(source, path, period):
     """The stage at `source`, its lamp moving, a bulb that goes on and off, and a glass ball that comes and goes."""
     stage = Usd.Stage.Open(Sdf.Layer.OpenAsAnonymous(str(source)))
     stage.SetStartTimeCode(1)
-    stage.SetEndTimeCode(frames)
+    stage.SetEndTimeCode(1 + period)
     lamp = UsdGeom.Xformable(stage.GetPrimAtPath("/World/Lamp"))
     place = lamp.GetOrderedXformOps()[0]
     home = place.Get()
     bulb("/World/Bulb", (-0.9, 1.2, 0.4), 0.1, 20.0)(stage)
     light = UsdLux.LightAPI(stage.GetPrimAtPath("/World/Bulb"))
     ball = UsdGeom.Imageable(stage.GetPrimAtPath("/World/GlassSphere"))
-    for start in range(1, frames + 1, period):
-        for share, side in ((0, 0), (0.25, 0.5), (0.5, 0), (0.75, -0.5)):
-            place.Set(home + Gf.Vec3d(side, 0, 0), start + share * period)
-        # Held: time samples of intensity are interpolated, so each step has two.
-        for share, intensity in ((0, 20.0), (0.4, 20.0), (0.4 + 1 / period, 0.0), (1 - 1 / period, 0.0)):
-            light.GetIntensityAttr().Set(intensity, start + share * period)
-        for share, shown in ((0, "inherited"), (0.6, "invisible"), (0.8, "inherited")):
-            ball.GetVisibilityAttr().Set(shown, start + share * period)
+    for share, side in ((0, 0), (0.25, 0.5), (0.5, 0), (0.75, -0.5), (1, 0)):
+        place.Set(home + Gf.Vec3d(side, 0, 0), 1 + share * period)
+    # Held: time samples of intensity are interpolated, so each step has two.
+    for share, intensity in ((0, 20.0), (0.4, 20.0), (0.4 + 1 / period, 0.0), (1 - 1 / period, 0.0)):
+        light.GetIntensityAttr().Set(intensity, 1 + share * period)
+    for share, shown in ((0, "inherited"), (0.6, "invisible"), (0.8, "inherited")):
+        ball.GetVisibilityAttr().Set(shown, 1 + share * period)
     stage.GetRootLayer().Export(str(path))
 
 
