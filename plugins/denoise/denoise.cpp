@@ -11,6 +11,27 @@ namespace trilume {
 namespace {
 
 constexpr int kTestLevels = 3; // squares of 3, 9 and 27 pixels
+using Defines = std::vector<std::pair<std::string, std::string>>;
+
+const gpu::Pipeline& pipeline(graph::FrameContext& context, const std::string& pass, size_t signals,
+                              Defines defines = {}) {
+    defines.emplace_back("TL_SIGNALS", std::to_string(signals));
+    return context.pipeline({"passes/denoise/" + pass + ".comp", std::move(defines), {}});
+}
+
+uint32_t ceilDivide(uint32_t a, uint32_t b) { return (a + b - 1) / b; }
+
+/// A pass along an axis; what it wrote is the next one's input.
+template<typename Push>
+void walk(graph::FrameContext& context, const gpu::Pipeline& pipeline, Push& push, uint32_t axis) {
+    push.axis = axis;
+    const auto spacing = static_cast<uint32_t>(push.spacing);
+    const auto threads = [&](uint32_t pixels) { return ceilDivide(pixels, spacing * shared::kDenoiseChain) * spacing; };
+    context.commands.dispatch(pipeline, push, axis == 0 ? threads(context.width) : context.width,
+                              axis == 0 ? context.height : threads(context.height));
+    context.commands.barrier();
+    std::swap(push.from, push.to);
+}
 
 } // namespace
 
@@ -42,20 +63,20 @@ void DenoiseNode::declare(graph::Builder& builder) {
 }
 
 void DenoiseNode::execute(graph::FrameContext& context) {
-    reproject(context);
+    const uint32_t flags = reproject(context);
     const bool begins = !context.resources.historyValid(surfaces_.previous);
     const bool changed = !context.repeats && context.facts.sceneChanged;
     framesSinceChange_ = begins ? kNever : changed ? 0 : framesSinceChange_ + 1;
-    for (const Signal& signal : signals_) {
-        context.commands.barrier();
-        accumulate(context, signal);
-    }
     const std::span<const Signal> signals(signals_);
-    for (size_t first = 0; first < signals.size(); first += shared::kDenoiseBatch)
-        filter(context, signals.subspan(first, std::min<size_t>(signals.size() - first, shared::kDenoiseBatch)));
+    for (size_t first = 0; first < signals.size(); first += shared::kDenoiseBatch) {
+        const auto batch = signals.subspan(first, std::min<size_t>(signals.size() - first, shared::kDenoiseBatch));
+        context.commands.barrier();
+        accumulate(context, batch, flags);
+        if (context.params.getInt("denoise.levels") > 0) filter(context, batch);
+    }
 }
 
-void DenoiseNode::reproject(graph::FrameContext& context) const {
+uint32_t DenoiseNode::reproject(graph::FrameContext& context) const {
     const graph::SceneFacts& facts = context.facts;
     shared::DenoiseSurfacesPush push{};
     push.frame = context.frame;
@@ -69,91 +90,83 @@ void DenoiseNode::reproject(graph::FrameContext& context) const {
     if (context.repeats || (!facts.cameraMoved && !facts.geometryChanged)) push.flags |= shared::kDenoiseStill;
     context.commands.dispatch(context.pipeline({"passes/denoise/surfaces.comp", {}, {}}), push, context.width,
                               context.height);
+    return push.flags;
 }
 
-void DenoiseNode::accumulate(graph::FrameContext& context, const Signal& signal) const {
+void DenoiseNode::accumulate(graph::FrameContext& context, std::span<const Signal> batch, uint32_t flags) const {
     const graph::Resources& resources = context.resources;
-    shared::DenoiseExpectPush expect{};
-    expect.frame = context.frame;
-    expect.surfaces = resources.address(surfaces_.current);
-    expect.reprojection = resources.address(reprojection_);
-    expect.signal = resources.address(signal.plane);
-    expect.previous = resources.address(signal.history.previous);
-    expect.history = resources.address(signal.history.current);
-    expect.difference = resources.address(estimates_[0][0]);
-    expect.flags = resources.historyValid(signal.history.previous) ? shared::kDenoiseHistory : 0;
-    context.commands.dispatch(context.pipeline({"passes/denoise/expect.comp", {}, {}}), expect, context.width,
-                              context.height);
-    context.commands.barrier();
-
-    shared::DenoiseTestPush change{};
-    change.frame = context.frame;
-    change.surfaces = expect.surfaces;
-    change.history = expect.history;
-    change.to = expect.difference;
-    // Signals that follow a change slowly (probes) are tested until history has forgotten the time before it, less and
-    // less readily: a scene at rest is not tested at all, and its mean is the mean of its frames.
     const int64_t maxFrames = context.params.getInt("denoise.maxFrames");
-    const bool test = framesSinceChange_ < maxFrames;
-    change.changeSigma = static_cast<float>(context.params.getFloat("denoise.changeSigma") *
-                                            std::sqrt(1.0 + static_cast<double>(framesSinceChange_)));
-    for (int level = 0; test && level < kTestLevels; ++level) {
-        change.from = change.to;
-        change.to = resources.address(estimates_[(level + 1) % 2][0]);
-        change.spacing = level == 0 ? 1 : 3 * change.spacing;
-        context.commands.dispatch(context.pipeline({"passes/denoise/test.comp", {}, {}}), change, context.width,
-                                  context.height);
-        context.commands.barrier();
-    }
-
     shared::DenoiseAccumulatePush push{};
     push.frame = context.frame;
-    push.signal = expect.signal;
-    push.history = expect.history;
+    push.surfaces = resources.address(surfaces_.current);
+    push.reprojection = resources.address(reprojection_);
     push.maxFrames = static_cast<float>(maxFrames);
-    context.commands.dispatch(context.pipeline({"passes/denoise/accumulate.comp", {}, {}}), push, context.width,
+    push.flags = flags & ~shared::kDenoiseHistory;
+    if (context.params.getInt("denoise.levels") == 0) push.flags |= shared::kDenoiseUnfiltered;
+    for (size_t i = 0; i < batch.size(); ++i) {
+        push.signals[i] = resources.address(batch[i].plane);
+        push.previous[i] = resources.address(batch[i].history.previous);
+        push.histories[i] = resources.address(batch[i].history.current);
+        push.moments[i] = resources.address(estimates_[0][i]);
+        if (resources.historyValid(batch[i].history.previous)) push.flags |= shared::kDenoiseHistory << i;
+    }
+    // Signals that follow a change slowly (probes) are tested until history has forgotten the time before it, less and
+    // less readily: a scene at rest is not tested at all, and its mean is the mean of its frames.
+    const bool test = framesSinceChange_ < maxFrames;
+    if (test) {
+        context.commands.dispatch(pipeline(context, "expect", batch.size()), push, context.width, context.height);
+        context.commands.barrier();
+        shared::DenoiseSumPush sum = sumPush(context, batch);
+        sum.changeSigma = static_cast<float>(context.params.getFloat("denoise.changeSigma") *
+                                             std::sqrt(1.0 + static_cast<double>(framesSinceChange_)));
+        for (int level = 0; level < kTestLevels; ++level) {
+            walk(context, pipeline(context, "sum", batch.size(), {{"TL_CHANGES", "1"}}), sum, 0);
+            walk(context, pipeline(context, "test", batch.size(), {{"TL_CHANGES", "1"}}), sum, 1);
+            sum.spacing *= 3;
+        }
+    }
+    const Defines expected{{"TL_EXPECTED", test ? "1" : "0"}};
+    context.commands.dispatch(pipeline(context, "accumulate", batch.size(), expected), push, context.width,
                               context.height);
     context.commands.barrier();
 }
 
 void DenoiseNode::filter(graph::FrameContext& context, std::span<const Signal> batch) const {
     const graph::Resources& resources = context.resources;
-    const std::vector<std::pair<std::string, std::string>> defines{{"TL_SIGNALS", std::to_string(batch.size())}};
-    const VkDeviceAddress surfaces = resources.address(surfaces_.current);
-    shared::DenoiseEstimatePush estimate{};
-    shared::DenoiseFilterPush push{};
-    for (size_t i = 0; i < batch.size(); ++i) {
-        estimate.histories[i] = resources.address(batch[i].history.current);
-        estimate.estimates[i] = push.to[i] = resources.address(estimates_[0][i]);
-        push.from[i] = resources.address(estimates_[1][i]);
-    }
-    estimate.frame = push.frame = context.frame;
-    estimate.surfaces = push.surfaces = surfaces;
-    context.commands.dispatch(context.pipeline({"passes/denoise/estimate.comp", defines, {}}), estimate, context.width,
-                              context.height);
+    shared::DenoiseSumPush sum = sumPush(context, batch);
+    walk(context, pipeline(context, "sum", batch.size(), {{"TL_CHANGES", "0"}}), sum, 0);
+    walk(context, pipeline(context, "estimate", batch.size(), {{"TL_CHANGES", "0"}}), sum, 1);
 
+    shared::DenoiseFilterPush push{};
+    push.frame = context.frame;
+    push.surfaces = sum.surfaces;
+    for (size_t i = 0; i < batch.size(); ++i) {
+        push.histories[i] = sum.histories[i];
+        push.from[i] = sum.from[i];
+        push.to[i] = sum.to[i];
+        push.signals[i] = resources.address(batch[i].plane);
+    }
     push.sigma = static_cast<float>(context.params.getFloat("denoise.sigma"));
     const int64_t levels = context.params.getInt("denoise.levels");
     for (int64_t level = 0; level < levels; ++level) {
-        context.commands.barrier();
-        std::swap(push.from, push.to);
         push.spacing = 1 << level;
-        context.commands.dispatch(context.pipeline({"passes/denoise/filter.comp", defines, {}}), push, context.width,
-                                  context.height);
+        const bool last = level + 1 == levels;
+        walk(context, pipeline(context, "filter", batch.size(), {{"TL_LAST", "0"}}), push, 0);
+        walk(context, pipeline(context, "filter", batch.size(), {{"TL_LAST", last ? "1" : "0"}}), push, 1);
     }
-    context.commands.barrier();
+}
 
-    shared::DenoiseResolvePush resolve{};
-    resolve.frame = context.frame;
-    resolve.surfaces = surfaces;
+shared::DenoiseSumPush DenoiseNode::sumPush(const graph::FrameContext& context, std::span<const Signal> batch) const {
+    shared::DenoiseSumPush push{};
+    push.frame = context.frame;
+    push.surfaces = context.resources.address(surfaces_.current);
     for (size_t i = 0; i < batch.size(); ++i) {
-        resolve.history = estimate.histories[i];
-        resolve.estimate = push.to[i];
-        resolve.signal = resources.address(batch[i].plane);
-        context.commands.dispatch(context.pipeline({"passes/denoise/resolve.comp", {}, {}}), resolve, context.width,
-                                  context.height);
+        push.histories[i] = context.resources.address(batch[i].history.current);
+        push.from[i] = context.resources.address(estimates_[0][i]);
+        push.to[i] = context.resources.address(estimates_[1][i]);
     }
-    context.commands.barrier();
+    push.spacing = 1;
+    return push;
 }
 
 } // namespace trilume

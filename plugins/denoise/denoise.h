@@ -24,9 +24,10 @@ private:
     };
     static constexpr int64_t kNever = int64_t{1} << 32;
 
-    void reproject(graph::FrameContext& context) const;
-    void accumulate(graph::FrameContext& context, const Signal& signal) const;
+    uint32_t reproject(graph::FrameContext& context) const; ///< its flags
+    void accumulate(graph::FrameContext& context, std::span<const Signal> batch, uint32_t flags) const;
     void filter(graph::FrameContext& context, std::span<const Signal> batch) const;
+    shared::DenoiseSumPush sumPush(const graph::FrameContext& context, std::span<const Signal> batch) const;
 
     graph::Plane points_, reprojection_;
     graph::Plane estimates_[2][shared::kDenoiseBatch]; ///< from and to of the filter, for each signal of a batch

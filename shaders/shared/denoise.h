@@ -9,7 +9,7 @@ TL_BEGIN
 // What a pixel shows: the surface that was shaded, behind mirrors and glass.
 struct DenoiseSurface {
     vec3 position;
-    uint normal; // octahedral, on the side of the ray
+    uint normal; // octahedral, on the side of the ray; its lowest bit: behind mirrors or glass
     vec3 albedo; // throughput of the chain times the BSDF's albedo; its mean over `frames`
     float frames;
     uint chain; // specular bounces before it; kNone: nothing was shaded
@@ -37,67 +37,54 @@ struct DenoiseSurfacesPush {
     TL_REF(VisiblePoint) points;
     TL_REF(DenoiseSurface) previous; // read with kDenoiseHistory
     TL_REF(DenoiseSurface) surfaces;
-    TL_REF(DenoiseReprojection) reprojection;
-    uint flags; // kDenoise*
+    TL_REF(DenoiseReprojection) reprojection; // written unless kDenoiseStill
+    uint flags;                               // kDenoise*
     float maxFrames;
 };
-TL_CONST uint kDenoiseHistory = 1;     // there is a last frame
-TL_CONST uint kDenoiseStill = 2;       // nothing moved since
-TL_CONST uint kDenoiseCameraStill = 4; // the camera did not
+TL_CONST uint kDenoiseStill = 1;       // nothing moved since the last frame
+TL_CONST uint kDenoiseCameraStill = 2; // the camera did not
+TL_CONST uint kDenoiseUnfiltered = 4;  // signals become the mean of their history
+TL_CONST uint kDenoiseHistory = 8;     // there is a last frame; of signal i: this bit times 2^i
 
-struct DenoiseExpectPush {
-    TL_REF(FrameConstants) frame;
-    TL_REF(DenoiseSurface) surfaces;
-    TL_REF(DenoiseReprojection) reprojection;
-    TL_REF(vec3) signal;
-    TL_REF(DenoiseHistory) previous;
-    TL_REF(DenoiseHistory) history;
-    TL_REF(vec4) difference; // pixels (1 or 0); from history: difference, its square, its variance by history
-    uint flags;
-};
-
-struct DenoiseTestPush {
-    TL_REF(FrameConstants) frame;
-    TL_REF(DenoiseSurface) surfaces;
-    TL_REF(DenoiseHistory) history;
-    TL_REF(vec4) from; // sums of differences
-    TL_REF(vec4) to;
-    int spacing;
-    float changeSigma;
-};
+// Signals are denoised several at a time: what surfaces have in common is the same for all.
+TL_CONST uint kDenoiseBatch = 3;
 
 struct DenoiseAccumulatePush {
     TL_REF(FrameConstants) frame;
-    TL_REF(vec3) signal;
-    TL_REF(DenoiseHistory) history;
+    TL_REF(DenoiseSurface) surfaces;
+    TL_REF(DenoiseReprojection) reprojection; // read unless kDenoiseStill
+    TL_REF(vec3) signals[kDenoiseBatch];
+    TL_REF(DenoiseHistory) previous[kDenoiseBatch]; // read with kDenoiseHistory
+    TL_REF(DenoiseHistory) histories[kDenoiseBatch];
+    TL_REF(vec4) moments[kDenoiseBatch]; // pixels (1 or 0); luminance without albedo, its square, its variance
+    uint flags;                          // kDenoise*
     float maxFrames;
 };
 
-// Signals are filtered several at a time: what surfaces have in common is the same for all.
-TL_CONST uint kDenoiseBatch = 3;
+// Passes along an axis: a thread takes kDenoiseChain pixels, `spacing` apart.
+TL_CONST uint kDenoiseChain = 4;
 
-struct DenoiseEstimatePush {
+struct DenoiseSumPush {
     TL_REF(FrameConstants) frame;
     TL_REF(DenoiseSurface) surfaces;
     TL_REF(DenoiseHistory) histories[kDenoiseBatch];
-    TL_REF(vec4) estimates[kDenoiseBatch]; // irradiance-like: radiance over albedo; and the variance of its luminance
+    TL_REF(vec4) from[kDenoiseBatch]; // moments
+    TL_REF(vec4) to[kDenoiseBatch];   // their sums, or estimates: radiance over albedo, and variance of its luminance
+    uint axis;                        // 0: x, 1: y
+    int spacing;
+    float changeSigma;
 };
 
 struct DenoiseFilterPush {
     TL_REF(FrameConstants) frame;
     TL_REF(DenoiseSurface) surfaces;
-    TL_REF(vec4) from[kDenoiseBatch];
+    TL_REF(DenoiseHistory) histories[kDenoiseBatch];
+    TL_REF(vec4) from[kDenoiseBatch]; // estimates
     TL_REF(vec4) to[kDenoiseBatch];
+    TL_REF(vec3) signals[kDenoiseBatch]; // written by the last pass
+    uint axis;
     int spacing;
     float sigma;
-};
-
-struct DenoiseResolvePush {
-    TL_REF(FrameConstants) frame;
-    TL_REF(DenoiseSurface) surfaces;
-    TL_REF(DenoiseHistory) history;
-    TL_REF(vec4) estimate;
-    TL_REF(vec3) signal;
 };
 
 TL_END

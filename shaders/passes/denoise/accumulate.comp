@@ -1,4 +1,4 @@
-// Adds this frame's sample to the history. One that is not finite counts as 0, as in composite.
+// Adds this frame's samples to the histories, which expect.comp brought over where TL_EXPECTED.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -6,7 +6,7 @@
 
 layout(push_constant, scalar) uniform Push { DenoiseAccumulatePush push; };
 
-#include "passes/denoise/common.glsl"
+#include "passes/denoise/past.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -14,14 +14,30 @@ void main() {
     const uvec2 pixel = gl_GlobalInvocationID.xy;
     if (!insideView(pixel)) return;
     const uint index = pixelIndex(pixel);
-    vec3 radiance = push.signal.v[index];
-    if (!isSound(radiance)) {
-        radiance = vec3(0.0);
-        atomicAdd(TL_FRAME.counters.v[kCounterNonfinite], 1u);
+    const float perLuminance = safeDivide(1.0, luminance(push.surfaces.v[index].albedo));
+    uint unsound = 0u;
+    [[unroll]] for (uint s = 0u; s < TL_SIGNALS; ++s) {
+        vec3 radiance = push.signals[s].v[index];
+        if (!isSound(radiance)) {
+            radiance = vec3(0.0);
+            ++unsound;
+        }
+#if TL_EXPECTED
+        DenoiseHistory h = push.histories[s].v[index];
+#else
+        DenoiseHistory h = expectedHistory(s, index);
+#endif
+        h.frames = min(h.frames + 1.0, push.maxFrames);
+        h.mean = mix(h.mean, radiance, 1.0 / h.frames);
+        h.squares = mix(h.squares, sqr(luminance(radiance)), 1.0 / h.frames);
+        push.histories[s].v[index] = h;
+        if ((push.flags & kDenoiseUnfiltered) != 0u) {
+            push.signals[s].v[index] = h.mean;
+            continue;
+        }
+        const float value = luminance(h.mean) * perLuminance;
+        const float count = perLuminance > 0.0 ? 1.0 : 0.0;
+        push.moments[s].v[index] = vec4(count, value, sqr(value), frameVariance(h) / h.frames * sqr(perLuminance));
     }
-    DenoiseHistory h = push.history.v[index];
-    h.frames = min(h.frames + 1.0, push.maxFrames);
-    h.mean = mix(h.mean, radiance, 1.0 / h.frames);
-    h.squares = mix(h.squares, sqr(luminance(radiance)), 1.0 / h.frames);
-    push.history.v[index] = h;
+    if (unsound > 0u) atomicAdd(TL_FRAME.counters.v[kCounterNonfinite], unsound);
 }

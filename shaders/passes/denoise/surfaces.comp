@@ -28,7 +28,7 @@ DenoiseSurface surfaceOf(VisiblePoint point, out vec3 before) {
     const Shading shading = shadeVisiblePoint(point);
     const vec3 albedo = point.throughput * bsdfAlbedo(shading.bsdf);
     now.position = shading.surface.position;
-    now.normal = octahedralPack(shading.frame[2]);
+    now.normal = packNormal(shading.frame[2], point.chain > 0u);
     now.albedo = isFinite(albedo) ? max(albedo, vec3(0.0)) : vec3(0.0);
     now.chain = point.chain;
     before = (push.flags & kDenoiseStill) != 0u ? shading.surface.position : shading.surface.previousPosition;
@@ -127,5 +127,5 @@ void main() {
         reprojection.weights = packUnorm4x8(past.weights);
     }
     push.surfaces.v[index] = now;
-    push.reprojection.v[index] = reprojection;
+    if ((push.flags & kDenoiseStill) == 0u) push.reprojection.v[index] = reprojection;
 }

@@ -3,13 +3,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-#include "shared/denoise.h"
-
-layout(push_constant, scalar) uniform Push { DenoiseTestPush push; };
-
-#include "passes/denoise/common.glsl"
-
-layout(local_size_x = 8, local_size_y = 8) in;
+#include "passes/denoise/sum.glsl"
 
 const float kFewest = 5.0; // pixels for a test
 
@@ -26,19 +20,8 @@ float framesBorneOut(float frames, vec4 sums) {
     return 1.0 / (1.0 / frames + (sqr(mean) - noise) / variance);
 }
 
-void main() {
-    const uvec2 pixel = gl_GlobalInvocationID.xy;
-    if (!insideView(pixel)) return;
-    const uint index = pixelIndex(pixel);
-    const DenoiseSurface p = push.surfaces.v[index];
-    vec4 sums = push.from.v[index];
-    for (int i = 0; i < 9; ++i) {
-        const ivec2 tap = ivec2(pixel) + push.spacing * ivec2(i % 3 - 1, i / 3 - 1);
-        if (i == 4 || !insideView(tap)) continue;
-        const uint tapIndex = pixelIndex(tap);
-        if (changesAlike(p, push.surfaces.v[tapIndex])) sums += push.from.v[tapIndex];
-    }
-    push.to.v[index] = sums;
-    const float frames = push.history.v[index].frames;
-    if (sums.x >= kFewest && frames > 0.0) push.history.v[index].frames = framesBorneOut(frames, sums);
+void finish(uint signal, uint index, vec4 sums) {
+    push.to[signal].v[index] = sums;
+    const float frames = push.histories[signal].v[index].frames;
+    if (sums.x >= kFewest && frames > 0.0) push.histories[signal].v[index].frames = framesBorneOut(frames, sums);
 }

@@ -1,0 +1,7 @@
+// The first half of a square's sums: along the first axis.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+#include "passes/denoise/sum.glsl"
+
+void finish(uint signal, uint index, vec4 sums) { push.to[signal].v[index] = sums; }
