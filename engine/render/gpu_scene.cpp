@@ -415,7 +415,10 @@ void GpuScene::updateInstances() {
     updateFacts(draft);
     casters_.assign(device_, findCasters(draft.instances, draft.materialIndices));
     matchLights(lights_.values(), lights.lights);
-    for (const shared::Light& light : lights.lights) lightKinds_ |= 1u << light.kind;
+    for (const shared::Light& light : lights.lights) {
+        lightKinds_ |= 1u << light.kind;
+        texturedLights_ |= light.distribution != kNone;
+    }
     const bool lightsChanged = lights_.assign(device_, std::move(lights.lights));
     if (lightsChanged) facts_.changedLights = facts_.lights;
     alias_.assign(device_, std::move(lights.alias));

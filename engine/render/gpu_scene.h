@@ -35,6 +35,8 @@ public:
     const shared::SceneTable& table() const { return table_; }
     /// Bits of the kinds of light that there are, or were: kernels are made for them.
     uint32_t lightKinds() const { return lightKinds_; }
+    /// Likewise whether rects or domes have, or had, textures.
+    bool texturedLights() const { return texturedLights_; }
     /// As it was before the last update; what it names stays until the next one.
     const shared::SceneTable& previousTable() const { return previousTable_; }
     /// Whether the last update changed the places of lights in the table, and where they went: of each light in
@@ -131,6 +133,7 @@ private:
     std::unordered_map<uint64_t, std::pair<uint32_t, uint32_t>> lightIds_;
     uint32_t nextLightId_ = 0;
     uint32_t lightKinds_ = 0;
+    bool texturedLights_ = false;
     bool lightsRenumbered_ = false;
     gpu::DeviceTable<uint32_t> currentLight_{"lights since last frame"};
     gpu::DeviceTable<uint32_t> previousLight_{"lights in last frame"};

@@ -233,6 +233,7 @@ std::vector<std::pair<std::string, std::string>> View::Impl::shaderDefines() con
         {"TL_TEXTURES", flag(materials.textured())},
     };
     defines.emplace_back("TL_LIGHT_KINDS", std::to_string(gpuScene.lightKinds()));
+    defines.emplace_back("TL_LIGHT_TEXTURES", flag(gpuScene.texturedLights()));
     if (engine.tracer() == gpu::Tracer::Query) defines.emplace_back("TL_TRACER_QUERY", "1");
     return defines;
 }

@@ -25,7 +25,7 @@ struct DirectSample {
 
 // Whether textures or cut-outs make a light's emission vary: then its material knows.
 bool emissionVaries(Light light) {
-    return light.image != kNone && (light.kind == kLightTriangle || light.kind == kLightSphere);
+    return light.image != kNone && (lightIs(light, kLightTriangle) || lightIs(light, kLightSphere));
 }
 
 // Emission at a completed hit, times the share of rays that meet the surface there.
@@ -79,7 +79,7 @@ DirectSample directSampleAt(vec3 position, uint index, vec2 uv) {
 }
 
 // Light-local coordinates of a completed hit on the light's surface.
-vec2 lightUvOfHit(Light light, Hit hit) { return light.kind == kLightRect ? rectTextureFromEdges(hit.uv) : hit.uv; }
+vec2 lightUvOfHit(Light light, Hit hit) { return lightIs(light, kLightRect) ? rectTextureFromEdges(hit.uv) : hit.uv; }
 
 // The paper divides by the density on the light but not by the probability of having chosen it: with N equal lights its
 // picture is N times too dark. Kept reproducible as light.selection = uncompensated.

@@ -39,18 +39,13 @@ float areaJacobian(LightFrame f, vec3 normal) {
 // Density by area of lightEmitPoint at a point of the light with this normal and these coordinates.
 float lightEmitPdfArea(Light light, DistributionRef distributions, vec3 normal, vec2 uv) {
     float pdf = 1.0 / light.area;
-    switch (light.kind) {
-    case kLightRect:
-        if (light.distribution != kNone) pdf *= distributionPdf(distributions.v[light.distribution], uv);
-        break;
-    case kLightSphere:
+    if (lightIs(light, kLightRect)) {
+        if (lightIsDistributed(light)) pdf *= distributionPdf(distributions.v[light.distribution], uv);
+    } else if (lightIs(light, kLightSphere)) {
         pdf = kInvFourPi / areaJacobian(sphereFrame(light, light.position), normal);
-        break;
-    case kLightCylinder: {
+    } else if (lightIs(light, kLightCylinder)) {
         const LightFrame f = cylinderFrame(light, light.position);
         pdf = kInvTwoPi * f.scale / (length(light.axisU) * areaJacobian(f, normal));
-        break;
-    }
     }
     return isFinite(pdf) ? pdf : 0.0;
 }
@@ -68,40 +63,30 @@ EmitPoint lightEmitPointAt(Light light, vec2 uv) {
 // u in [0,1)^2.
 EmitPoint lightEmitPoint(Light light, DistributionRef distributions, vec2 u) {
     EmitPoint p = EmitPoint(light.position, light.normal, vec2(0.0), 0.0);
-    switch (light.kind) {
-    case kLightRect: {
+    if (lightIs(light, kLightRect)) {
         vec2 edges = u;
-        if (light.distribution != kNone)
+        if (lightIsDistributed(light))
             edges = rectTextureFromEdges(sampleDistribution(distributions.v[light.distribution], u)); // its own inverse
         p.position += (edges.x - 0.5) * light.axisU + (edges.y - 0.5) * light.axisV;
         p.uv = rectTextureFromEdges(edges);
-        break;
-    }
-    case kLightDisk: {
+    } else if (lightIs(light, kLightDisk)) {
         p.uv = sampleDisk(u);
         p.position += p.uv.x * light.axisU + p.uv.y * light.axisV;
-        break;
-    }
-    case kLightTriangle:
+    } else if (lightIs(light, kLightTriangle)) {
         p.uv = sampleTriangle(u);
         p.position += p.uv.x * light.axisU + p.uv.y * light.axisV;
-        break;
-    case kLightSphere: {
+    } else if (lightIs(light, kLightSphere)) {
         const LightFrame f = sphereFrame(light, light.position);
         const vec3 local = sampleSphere(u);
         p.position += f.scale * (f.worldFromLocal * local);
         p.normal = normalize(local * f.localFromWorld);
         p.uv = octahedralEncode(local);
-        break;
-    }
-    case kLightCylinder: {
+    } else if (lightIs(light, kLightCylinder)) {
         const LightFrame f = cylinderFrame(light, light.position);
         const vec3 local = vec3(0.0, accurateCosSin(kTwoPi * (u.y - 0.5)));
         p.position += (u.x - 0.5) * light.axisU + f.scale * (f.worldFromLocal * local);
         p.normal = normalize(local * f.localFromWorld);
         p.uv = u;
-        break;
-    }
     }
     p.pdfArea = lightEmitPdfArea(light, distributions, p.normal, p.uv);
     return p;
@@ -111,15 +96,15 @@ EmitPoint lightEmitPoint(Light light, DistributionRef distributions, vec2 u) {
 
 // Density by solid angle of lightEmitDirection; 1 for the one direction of a delta light.
 float lightEmitPdfDirection(Light light, DistributionRef distributions, vec3 normal, vec3 direction) {
-    if (light.kind == kLightDome) return domePdf(light, distributions, -direction);
-    if (light.kind == kLightDistant) return light.radius > 0.0 ? distantPdf(light, -direction) : 1.0;
+    if (lightIs(light, kLightDome)) return domePdf(light, distributions, -direction);
+    if (lightIs(light, kLightDistant)) return light.radius > 0.0 ? distantPdf(light, -direction) : 1.0;
     return pdfSolidAngleCosineHemisphere(dot(normal, direction));
 }
 
 // Unit, away from the light; `normal` is that of the point, not used for lights at infinity.
 vec3 lightEmitDirection(Light light, DistributionRef distributions, vec3 normal, vec2 u) {
-    if (light.kind == kLightDome) return -domeSample(light, distributions, u).wi;
-    if (light.kind == kLightDistant) return -distantSample(light, u).wi;
+    if (lightIs(light, kLightDome)) return -domeSample(light, distributions, u).wi;
+    if (lightIs(light, kLightDistant)) return -distantSample(light, u).wi;
     return basisAround(normal) * sampleCosineHemisphere(u);
 }
 
@@ -135,7 +120,7 @@ EmittedRay emittedRay(Light light, EmitPoint point, vec3 direction, float pdfDir
     EmittedRay ray;
     ray.direction = direction;
     ray.infinite = lightIsInfinite(light);
-    ray.delta = light.kind == kLightDistant && light.radius <= 0.0;
+    ray.delta = lightIs(light, kLightDistant) && light.radius <= 0.0;
     ray.origin = point.position;
     ray.normal = point.normal;
     ray.uv = point.uv;
@@ -146,7 +131,7 @@ EmittedRay emittedRay(Light light, EmitPoint point, vec3 direction, float pdfDir
         ray.uv = lightUv(light, ray.origin, -direction);
         ray.pdfPosition = emitDiskPdf(boundsRadius);
     }
-    ray.radiance = light.kind == kLightDistant ? light.radiance : lightRadiance(light, -direction, ray.uv);
+    ray.radiance = lightIs(light, kLightDistant) ? light.radiance : lightRadiance(light, -direction, ray.uv);
     ray.pdfDirection = pdfDirection;
     return ray;
 }

@@ -43,12 +43,12 @@ float domePdfAt(Light light, DistributionRef distributions, vec3 wi, vec2 uv) {
 }
 
 float domePdf(Light light, DistributionRef distributions, vec3 wi) {
-    if (light.distribution == kNone) return pdfSolidAngleSphere();
+    if (!lightIsDistributed(light)) return pdfSolidAngleSphere();
     return domePdfAt(light, distributions, wi, domeUv(light, wi));
 }
 
 LightSample domeSample(Light light, DistributionRef distributions, vec2 u) {
-    if (light.distribution == kNone) {
+    if (!lightIsDistributed(light)) {
         const vec3 wi = sampleSphere(u);
         return LightSample(wi, kLightAtInfinity, light.radiance, pdfSolidAngleSphere(), false, -wi, domeUv(light, wi));
     }

@@ -8,40 +8,28 @@
 #include "lib/light/planar.glsl"
 #include "lib/light/sample.glsl"
 
-// Bits of the kinds that the scene has: where lanes are those of a CPU's vectors, every case of a switch costs, taken or not.
-#ifndef TL_LIGHT_KINDS
-#define TL_LIGHT_KINDS 0x7f
-#endif
-bool lightIs(Light light, uint kind) { return (TL_LIGHT_KINDS >> kind & 1) != 0 && light.kind == kind; }
-
-bool lightIsInfinite(Light light) { return light.kind == kLightDistant || light.kind == kLightDome; }
+bool lightIsInfinite(Light light) { return lightIs(light, kLightDistant) || lightIs(light, kLightDome); }
 
 // Emitted radiance, W/(m^2 sr), seen when looking along unit wi (from the receiver to the light); 0 on the back of planar
 // lights, outside a distant light's cone, and for a distant light of angle 0. Spheres and cylinders emit outward: their
 // inside is for the caller to tell by the surface's normal. `uv`: lightUv at the point seen.
 vec3 lightRadiance(Light light, vec3 wi, vec2 uv) {
-    switch (light.kind) {
-    case kLightRect:
-    case kLightDisk:
-    case kLightTriangle:
-        if (dot(wi, light.normal) >= 0.0) return vec3(0.0);
-        break;
-    case kLightDistant:
-        if (!inDistantCone(light, wi)) return vec3(0.0);
-        break;
-    }
-    const bool textured = (light.kind == kLightRect || light.kind == kLightDome) && light.image != kNone;
-    return textured ? light.radiance * TL_SAMPLE_TEXTURE(light.image, uv) : light.radiance;
+    const bool planar = lightIs(light, kLightRect) || lightIs(light, kLightDisk) || lightIs(light, kLightTriangle);
+    if (planar && dot(wi, light.normal) >= 0.0) return vec3(0.0);
+    if (lightIs(light, kLightDistant) && !inDistantCone(light, wi)) return vec3(0.0);
+#if TL_LIGHT_TEXTURES
+    if ((lightIs(light, kLightRect) || lightIs(light, kLightDome)) && light.image != kNone)
+        return light.radiance * TL_SAMPLE_TEXTURE(light.image, uv);
+#endif
+    return light.radiance;
 }
 
 // Texture coordinates of `point` on a rectangle or of direction wi in a dome, (0,0) the picture's lower left corner;
 // barycentrics of corners 1 and 2 of a triangle; 0 for other kinds.
 vec2 lightUv(Light light, vec3 point, vec3 wi) {
-    switch (light.kind) {
-    case kLightRect: return rectUv(light, point);
-    case kLightDome: return domeUv(light, wi);
-    case kLightTriangle: return planarCoordinates(point - light.position, light.axisU, light.axisV);
-    }
+    if (lightIs(light, kLightRect)) return rectUv(light, point);
+    if (lightIs(light, kLightDome)) return domeUv(light, wi);
+    if (lightIs(light, kLightTriangle)) return planarCoordinates(point - light.position, light.axisU, light.axisV);
     return vec2(0.0);
 }
 
@@ -56,7 +44,7 @@ LightSample lightSample(Light light, DistributionRef distributions, vec3 positio
     else if (lightIs(light, kLightDome)) s = domeSample(light, distributions, u);
     else if (lightIs(light, kLightTriangle)) s = triangleSample(light, position, u);
     if (!(s.pdfSolidAngle > 0.0) || !isFinite(s.pdfSolidAngle) || !isFinite(s.wi)) return kNoLight;
-    if (light.kind != kLightDistant) s.radiance = lightRadiance(light, s.wi, s.uv);
+    if (!lightIs(light, kLightDistant)) s.radiance = lightRadiance(light, s.wi, s.uv);
     return s;
 }
 

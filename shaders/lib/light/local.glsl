@@ -13,7 +13,7 @@
 
 // Of unit direction wi towards a light at infinity.
 vec2 infiniteLocalUv(Light light, vec3 wi) {
-    if (light.kind == kLightDome)
+    if (lightIs(light, kLightDome))
         return octahedralEncode(vec3(dot(wi, light.axisU), dot(wi, light.axisV), dot(wi, light.normal)));
     if (light.radius <= 0.0) return vec2(0.0);
     const vec2 across = (wi * basisAround(-light.normal)).xy;
@@ -28,7 +28,7 @@ LightSample infiniteSampleAt(Light light, vec2 uv) {
     LightSample s = kNoLight;
     s.distance = kLightAtInfinity;
     s.pdfSolidAngle = 1.0;
-    if (light.kind == kLightDome) {
+    if (lightIs(light, kLightDome)) {
         const vec3 w = octahedralDecode(uv);
         s.wi = normalize(w.x * light.axisU + w.y * light.axisV + w.z * light.normal);
         s.uv = domeUv(light, s.wi);
@@ -53,8 +53,7 @@ vec3 surfacePoint(Light light, vec2 uv, out vec3 normal, out float area, out flo
     scale = 1.0;
     normal = light.normal;
     area = light.area;
-    switch (light.kind) {
-    case kLightSphere: {
+    if (lightIs(light, kLightSphere)) {
         scale = light.radius;
         const vec3 n = octahedralDecode(uv);
         const vec3 u = light.axisU / scale, v = light.axisV / scale, w = light.normal;
@@ -62,7 +61,7 @@ vec3 surfacePoint(Light light, vec2 uv, out vec3 normal, out float area, out flo
         normal = outward(n.x * cross(v, w) + n.y * cross(w, u) + n.z * cross(u, v), point, area);
         return scale * point;
     }
-    case kLightCylinder: {
+    if (lightIs(light, kLightCylinder)) {
         scale = light.radius;
         const vec2 cosSin = accurateCosSin((uv.y - 0.5) * kTwoPi);
         const vec3 v = light.axisV / scale, w = light.normal;
@@ -70,10 +69,9 @@ vec3 surfacePoint(Light light, vec2 uv, out vec3 normal, out float area, out flo
         normal = outward(kTwoPi * cross(light.axisU / scale, cosSin.x * w - cosSin.y * v), radial, area);
         return (uv.x - 0.5) * light.axisU + scale * radial;
     }
-    case kLightRect: uv = rectTextureFromEdges(uv) - 0.5; break;
-    case kLightDisk: area *= kInvPi; break;
-    default: area *= 2.0;
-    }
+    if (lightIs(light, kLightRect)) uv = rectTextureFromEdges(uv) - 0.5;
+    else if (lightIs(light, kLightDisk)) area *= kInvPi;
+    else area *= 2.0;
     return uv.x * light.axisU + uv.y * light.axisV;
 }
 

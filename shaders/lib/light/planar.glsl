@@ -97,12 +97,11 @@ SphericalRect sphericalRect(Light light, vec3 position) {
 // Position in units of the edges, from the corner (-1/2, -1/2).
 vec2 sampleSphericalRect(SphericalRect r, vec2 u) {
     const float part = u.x * (r.lower.solidAngle + r.upper.solidAngle);
-    if (part < r.lower.solidAngle || r.upper.solidAngle <= 0.0) {
-        const vec3 w = sampleSphericalTriangle(r.lower, min(part, r.lower.solidAngle), u.y);
-        return vec2(w.x + w.z, w.z);
-    }
-    const vec3 w = sampleSphericalTriangle(r.upper, part - r.lower.solidAngle, u.y);
-    return vec2(w.x, w.x + w.z);
+    const bool lower = part < r.lower.solidAngle || r.upper.solidAngle <= 0.0;
+    SphericalTriangle t = r.upper;
+    if (lower) t = r.lower;
+    const vec3 w = sampleSphericalTriangle(t, lower ? min(part, r.lower.solidAngle) : part - r.lower.solidAngle, u.y);
+    return lower ? vec2(w.x + w.z, w.z) : vec2(w.x, w.x + w.z);
 }
 
 // UsdLux: seen from the emitting side the picture stands upright; its upper left corner is at (+x, +y).
@@ -122,7 +121,7 @@ LightSample rectSample(Light light, DistributionRef distributions, vec3 position
     const vec3 center = light.position - position;
     const SphericalRect r = sphericalRect(light, position);
     if (dot(light.normal, center) >= 0.0 || r.solidAngle <= 0.0) return kNoLight;
-    const bool textured = light.distribution != kNone;
+    const bool textured = lightIsDistributed(light);
     vec2 edges;
     if (textured && u.x >= 0.5) {
         const vec2 uv = sampleDistribution(distributions.v[light.distribution], vec2(2.0 * u.x - 1.0, u.y));
@@ -144,7 +143,7 @@ float rectPdf(Light light, DistributionRef distributions, vec3 from, vec3 point,
     const float cosLight = -dot(wi, light.normal);
     if (cosLight <= 0.0) return 0.0;
     const float pdf = safeDivide(1.0, sphericalRect(light, from).solidAngle);
-    if (light.distribution == kNone) return pdf;
+    if (!lightIsDistributed(light)) return pdf;
     return 0.5 * (pdf + rectTexturePdf(light, distributions, rectUv(light, point), length(point - from), cosLight));
 }
 

@@ -1,4 +1,4 @@
-// What sampling a light gives, and the hook by which lights read their textures.
+// What sampling a light gives, which kinds of lights there are, and the hook by which they read their textures.
 #ifndef TL_LIB_LIGHT_SAMPLE_GLSL
 #define TL_LIB_LIGHT_SAMPLE_GLSL
 
@@ -9,6 +9,18 @@
 #ifndef TL_SAMPLE_TEXTURE
 #define TL_SAMPLE_TEXTURE(image, st) vec3(1.0)
 #endif
+
+// Bits of the kinds that the scene has, and whether rects or domes have textures: where lanes are those of a CPU's vectors,
+// every branch costs, taken or not.
+#ifndef TL_LIGHT_KINDS
+#define TL_LIGHT_KINDS 0x7f
+#endif
+#ifndef TL_LIGHT_TEXTURES
+#define TL_LIGHT_TEXTURES 1
+#endif
+bool lightIs(Light light, uint kind) { return (TL_LIGHT_KINDS >> kind & 1) != 0 && light.kind == kind; }
+// Whether it is sampled by its texture.
+bool lightIsDistributed(Light light) { return TL_LIGHT_TEXTURES != 0 && light.distribution != kNone; }
 
 const float kLightAtInfinity = 1e30;
 
