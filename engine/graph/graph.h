@@ -2,6 +2,7 @@
 
 #include "gpu/device.h"
 #include "params/params.h"
+#include "shared/frame.h"
 
 #include <glm/glm.hpp>
 
@@ -121,6 +122,12 @@ public:
     virtual bool historyValid(Plane previous) const = 0;
     virtual bool historyValid(Buffer previousOrPersistent) const = 0;
 };
+
+/// Threads to dispatch for at least `threads` of a pass that spreads its groups (shaders/scene/pass.glsl, spreadGroup).
+constexpr uint32_t spread(uint32_t threads) {
+    constexpr uint32_t kStep = shared::kGroupSpread * shared::kSpreadGroupSize;
+    return (threads + kStep - 1) / kStep * kStep;
+}
 
 /// What a node needs to execute beside its resources.
 struct FrameContext {

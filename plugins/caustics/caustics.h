@@ -13,13 +13,15 @@ public:
     void execute(graph::FrameContext& context) override;
 
 private:
-    graph::Plane points_, previousPoints_, caustic_, splats_;
+    graph::Plane points_, previousPoints_, caustic_;
     graph::History<graph::Plane> mean_;
-    graph::Buffer photons_, heads_, cacheSums_;
-    graph::History<graph::Buffer> guide_, state_, cache_;
+    graph::Buffer photons_, heads_, splats_, cache_, cacheSums_;
+    graph::History<graph::Buffer> guide_, state_;
     uint32_t photonLimit_ = 0, cells_ = 0;
-    uint32_t cachedFrames_ = 0; ///< in the cache's mean
-    uint64_t lighting_ = 0;     ///< SceneFacts::lightingRevision of the last frame
+    double cachedFrames_ = 0;  ///< in the cache's mean
+    uint32_t stillFrames_ = 0; ///< since light, things, materials or the camera last changed
+    uint32_t knownGroups_ = 0; ///< of lights, in the guide
+    uint64_t lighting_ = 0;    ///< SceneFacts::lightingRevision of the last frame
 };
 
 } // namespace trilume

@@ -33,6 +33,13 @@ static void registerPlugin(trilume::Registry& registry) {
                        .minimum = 0.1,
                        .maximum = 1,
                        .doc = "Share of photons emitted as the light emits; the rest is aimed at mirrors and glass."});
+    registry.addParam({.name = "caustics.settledShare",
+                       .defaultValue = 0.125,
+                       .minimum = 1.0 / 1024,
+                       .maximum = 1,
+                       .doc =
+                           "Share of a frame's photons that a picture gets once it has stood still for 8 frames, where "
+                           "pixels remember (caustics.historyFrames)."});
     registry.addParam({.name = "caustics.gatherRadius",
                        .defaultValue = 2.0,
                        .minimum = 0.1,

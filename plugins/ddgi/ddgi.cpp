@@ -9,7 +9,6 @@ namespace trilume {
 
 namespace {
 
-constexpr uint32_t kGroupSize = 64;
 constexpr uint32_t kBounceRays = 16;
 constexpr uint32_t kPlacingRounds = 4; // a probe in a corner leaves it through three walls
 constexpr uint32_t kFirstRounds = 3;   // of means, in the first frame
@@ -156,16 +155,14 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
     const uint32_t expected = turns ? std::min(probes, 2 * budget / raysPerProbe_ + probes / 16 + 1) : probes;
     commands.dispatch(context.pipeline({"passes/ddgi/select.comp", {}, {}}), update, probes);
     commands.barrier();
-    const auto run = [&](const char* pass, uint32_t groups, std::vector<std::pair<std::string, std::string>> defines) {
-        update.groups = (groups + shared::kProbeSpread - 1) / shared::kProbeSpread * shared::kProbeSpread;
+    const auto run = [&](const char* pass, uint32_t threads, std::vector<std::pair<std::string, std::string>> defines) {
         const std::string path = std::string("passes/ddgi/") + pass + ".comp";
-        commands.dispatch(context.pipeline({path, std::move(defines), {}}), update, update.groups * kGroupSize);
+        commands.dispatch(context.pipeline({path, std::move(defines), {}}), update, graph::spread(threads));
         commands.barrier();
     };
-    const auto inGroups = [](uint32_t threads) { return (threads + kGroupSize - 1) / kGroupSize; };
-    run("trace", inGroups(expected * update.raysPerProbe), {{"TL_CAUSTIC_CACHE", causticCache_ ? "1" : "0"}});
-    run("judge", inGroups(expected), {});
-    run("blend", expected, {});
+    run("trace", expected * update.raysPerProbe, {{"TL_CAUSTIC_CACHE", causticCache_ ? "1" : "0"}});
+    run("judge", expected, {});
+    run("blend", expected * shared::kSpreadGroupSize, {});
 }
 
 void DdgiNode::gather(graph::FrameContext& context) {

@@ -55,7 +55,6 @@ uint insertCausticPatch(CausticPatchRef cache, uvec2 hash) {
     uint slot = hash.x;
     for (uint i = 0u; i < kCausticPatchProbes; ++i) {
         const uint key = atomicCompSwap(cache.v[slot].key, 0u, hash.y);
-        if (key == 0u) cache.v[slot].home = hash.x;
         if (key == 0u || key == hash.y) return slot;
         slot = nextCausticPatch(slot);
     }

@@ -15,6 +15,12 @@ Sampler pixelSampler(uvec2 pixel) {
     return samplerInit(pixel, TL_FRAME.frameIndex, TL_FRAME.seed, kind);
 }
 
+// This group's part of work of which only the first parts hold any, where the number of groups is a multiple of kGroupSpread:
+// devices of few cores give each a run of successive groups.
+uint spreadGroup() {
+    return gl_WorkGroupID.x % kGroupSpread * (gl_NumWorkGroups.x / kGroupSpread) + gl_WorkGroupID.x / kGroupSpread;
+}
+
 void countRays(uint rays) {
     const uint sum = subgroupAdd(rays);
     if (subgroupElect()) atomicAdd(TL_FRAME.counters.v[kCounterRays], sum);

@@ -5,10 +5,6 @@
 #include "lib/probe.glsl"
 #include "scene/pass.glsl"
 
-// Which part of the work a group takes, of `groups`, a multiple of kProbeSpread. Only the first parts hold any, and devices of
-// few cores give each a run of successive groups.
-uint probePart(uint group, uint groups) { return group % kProbeSpread * (groups / kProbeSpread) + group / kProbeSpread; }
-
 // Ray 0xffff stands for the probe itself.
 Sampler probeSampler(uint index, uint ray, uint updates) {
     const uint kind = (TL_FRAME.flags & kFrameSobol) != 0u ? kSamplerSobol : kSamplerIndependent;

@@ -89,8 +89,6 @@ struct ProbeBeginPush {
     uint restart; // 1: nothing is known yet
 };
 
-TL_CONST uint kProbeSpread = 16;
-
 struct ProbeUpdatePush {
     TL_REF(FrameConstants) frame;
     TL_REF(ProbeVolume) volume;
@@ -98,7 +96,6 @@ struct ProbeUpdatePush {
     TL_REF(ProbeRay) rays;
     TL_REF(CausticPatch) causticCache; // with TL_CAUSTIC_CACHE
     uint raysPerProbe;
-    uint groups; // that the pass was dispatched with, a multiple of kProbeSpread
     uint flags;  // kProbeUpdate*
     float tolerance;
 };

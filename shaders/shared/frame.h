@@ -50,6 +50,10 @@ TL_CONST uint kFrameUncompensated = 2; // light.selection = uncompensated
 TL_CONST uint kFrameChanged = 4;       // the scene or the camera is not as it was last frame
 TL_CONST uint kFrameLightsRenumbered = 8;
 
+// Passes that spread their groups (scene/pass.glsl, spreadGroup) have a multiple of so many, of so many threads.
+TL_CONST uint kGroupSpread = 16;
+TL_CONST uint kSpreadGroupSize = 64;
+
 TL_CONST uint kCounterRays = 0;
 TL_CONST uint kCounterNonfinite = 1; // pixels whose sample was not finite
 TL_CONST uint kCounterPhotons = 8;

@@ -60,7 +60,7 @@ void main() {
     if (!insideView(pixel)) return;
     const uint index = pixelIndex(pixel);
     const VisiblePoint point = push.points.v[index];
-    vec3 caustic = sumAt(push.splats, index);
+    vec3 caustic = takeSum(push.splats, index);
     if (point.instance != kNone && (point.chain > 0u || (push.flags & kCausticsKernel) != 0u)) {
         uint arrivals;
         caustic += gatherPhotons(point, arrivals);
@@ -71,8 +71,8 @@ void main() {
 
     // Averages of several frames are the application's, and need frames that don't share what they know.
     const vec4 before = remembered(index, point);
-    const float frames = min(before.w + 1.0, push.historyFrames);
-    const vec3 mean = mix(before.rgb, caustic, 1.0 / frames);
+    const float frames = min(before.w + push.share, push.historyFrames);
+    const vec3 mean = mix(before.rgb, caustic, min(push.share / frames, 1.0));
     push.mean.v[index] = vec4(mean, frames);
     push.caustic.v[index] = TL_FRAME.sampleIndex == 0u ? mean : caustic;
 }

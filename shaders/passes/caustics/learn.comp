@@ -11,9 +11,10 @@ const float kExplore = 0.1;   // share of all targets alike
 const float kArrivals = 16.0; // photons wanted for each lit pixel: a relative error of 1/4
 const uint kFewest = 8;       // the limit's part that is always emitted, to notice what changes
 
-uint photonCount() {
+uint wholeCount() {
     if ((push.flags & kCausticsHistory) == 0u) return push.photonLimit;
     const CausticState before = push.previousState.v[0];
+    if (before.emitted != before.whole) return before.whole; // too few to judge by
     const float emitted = float(before.emitted);
     const float wanted = kArrivals * emitted * safeDivide(float(before.lit), float(before.arrivals));
     return clamp(uint(clamp(wanted, 0.5 * emitted, 2.0 * emitted)), push.photonLimit / kFewest, push.photonLimit);
@@ -38,7 +39,7 @@ float scan(float value) {
 void main() {
     const uint lane = gl_LocalInvocationIndex;
     const uint first = gl_WorkGroupID.x * kGuideTargets + lane;
-    const bool known = (push.flags & kCausticsHistory) != 0u;
+    const bool known = gl_WorkGroupID.x < push.knownGroups;
     float total = 0.0;
     for (uint caster = 0u; caster < TL_SCENE.casterCount; ++caster) {
         const uint target = first + caster * kGuideCells;
@@ -46,7 +47,7 @@ void main() {
         if (known) {
             const GuideTarget before = push.previousGuide.v[target];
             const float flux = float(before.flux) / (float(kGuideUnit) * float(max(push.previousState.v[0].emitted, 1u)));
-            learned = mix(before.learned, flux, kForget);
+            learned = mix(before.learned, flux, kForget * push.share);
         }
         push.guide.v[target].learned = learned;
         push.guide.v[target].flux = 0u;
@@ -66,8 +67,9 @@ void main() {
         barrier();
     }
     if (gl_GlobalInvocationID.x == 0u) {
-        const uint photons = photonCount();
-        push.state.v[0] = CausticState(photons, 0u, 0u);
+        const uint whole = wholeCount();
+        const uint photons = max(uint(push.share * float(whole)), 1u);
+        push.state.v[0] = CausticState(photons, whole, 0u, 0u);
         atomicAdd(TL_FRAME.counters.v[kCounterPhotons], photons);
     }
 }

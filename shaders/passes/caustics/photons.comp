@@ -141,7 +141,7 @@ float tracePhoton(uint photon, Emission e, inout Sampler rng) {
 }
 
 void main() {
-    const uint photon = gl_GlobalInvocationID.x;
+    const uint photon = spreadGroup() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     if (photon >= push.state.v[0].emitted) return;
     // One sequence of points over the photons of a frame, and another for each frame: what was learned from earlier frames
     // is independent of this one's points.

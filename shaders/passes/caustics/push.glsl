@@ -18,7 +18,14 @@ void addTo(uintRef sums, uint index, vec3 value) {
     if (!fixedAtomicAdd(sums, kFixedWords * index, value / radianceUnit()))
         atomicAdd(TL_FRAME.counters.v[kCounterNonfinite], 1u);
 }
-vec3 sumAt(uintRef sums, uint index) { return fixedColor(sums, kFixedWords * index) * radianceUnit(); }
+
+// The colour, which is 0 from then on.
+vec3 takeSum(uintRef sums, uint index) {
+    const vec3 color = fixedColor(sums, kFixedWords * index);
+    if (color == vec3(0.0)) return color;
+    for (uint i = 0u; i < kFixedWords; ++i) sums.v[kFixedWords * index + i] = 0u;
+    return color * radianceUnit();
+}
 
 void countArrivals(uint arrivals) {
     const uint sum = subgroupAdd(arrivals);

@@ -1,4 +1,4 @@
-// Adds this frame's photons to the cache's mean.
+// This frame's photons enter the cache's mean.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "passes/caustics/push.glsl"
@@ -8,5 +8,6 @@ layout(local_size_x = 64) in;
 void main() {
     const uint index = gl_GlobalInvocationID.x;
     if (index >= kCausticPatches || push.cache.v[index].key == 0u) return;
-    push.cache.v[index].irradiance += push.cacheShare * sumAt(push.cacheSums, index);
+    push.cache.v[index].irradiance =
+        mix(push.cache.v[index].irradiance, takeSum(push.cacheSums, index), push.cacheShare);
 }

@@ -71,7 +71,7 @@ void blendDistances(ProbeVolume volume, ProbeTurn turn, uint firstRay) {
 
 void main() {
     ProbeVolume volume = push.volume.v[0];
-    for (uint entry = probePart(gl_WorkGroupID.x, push.groups); entry < volume.selected; entry += push.groups) {
+    for (uint entry = spreadGroup(); entry < volume.selected; entry += gl_NumWorkGroups.x) {
         const ProbeTurn turn = push.turns.v[entry];
         const uint firstRay = entry * push.raysPerProbe;
         if (turn.irradianceWeight > 0.0) blendIrradiance(volume, turn, firstRay);

@@ -171,8 +171,8 @@ void main() {
     ProbeVolume volume = push.volume.v[0];
     const bool bounce = (push.flags & kProbeUpdateBounce) != 0u;
     const bool placing = (push.flags & (kProbeUpdateRestart | kProbeUpdateMoved)) != 0u;
-    const uint stride = push.groups * gl_WorkGroupSize.x;
-    const uint first = probePart(gl_WorkGroupID.x, push.groups) * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+    const uint stride = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
+    const uint first = spreadGroup() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     for (uint entry = first; entry < volume.selected; entry += stride) {
         ProbeTurn turn = ProbeTurn(push.turns.v[entry].probe, 0.0, 0.0);
         Probe probe = volume.probes.v[turn.probe];

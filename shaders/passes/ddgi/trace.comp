@@ -29,8 +29,8 @@ ProbeRay traceProbeRay(vec3 origin, vec3 direction, float spacing, inout Sampler
 void main() {
     ProbeVolume volume = push.volume.v[0];
     const uint total = volume.selected * push.raysPerProbe;
-    const uint first = probePart(gl_WorkGroupID.x, push.groups) * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
-    for (uint i = first; i < total; i += push.groups * gl_WorkGroupSize.x) {
+    const uint first = spreadGroup() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+    for (uint i = first; i < total; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
         const uint index = push.turns.v[i / push.raysPerProbe].probe;
         const uint ray = i % push.raysPerProbe;
         const Probe probe = volume.probes.v[index];
