@@ -153,3 +153,22 @@ def test_flip_is_zero_for_equal_pictures():
     pytest.importorskip("flip_evaluator")
     picture = noisy(1)[0]
     assert metrics.flip(picture, picture) == pytest.approx(0, abs=1e-6) and metrics.flip(2 * picture, picture) > 0.05
+
+
+def falling(frames, truth=1.0, seed=5):
+    """Against references whose own noise is that of 100 frames."""
+    first, second = (noisy(seed + k, 100, truth).mean(axis=0) for k in range(2))
+    samples = [2**k for k in range(9)]
+    return samples, metrics.falling_errors(frames, first, second, samples)
+
+
+def test_errors_fall_below_the_references_noise():
+    samples, errors = falling(noisy(4, 256))
+    assert metrics.slope(samples, errors) == pytest.approx(-1, abs=0.02)
+    assert errors[0] == pytest.approx(1 / 40 / (1 + metrics.RELMSE_EPSILON), rel=0.02)
+
+
+def test_errors_of_what_is_biased_or_repeats_itself_stop_falling():
+    for frames in (noisy(4, 256, 1.05), np.repeat(noisy(4, 8), 32, axis=0)):
+        samples, errors = falling(frames)
+        assert metrics.slope(samples, errors) > -0.85

@@ -8,7 +8,7 @@ pytest.importorskip("matplotlib")
 from pxr import Usd, UsdGeom, UsdLux  # noqa: E402
 
 import harness  # noqa: E402
-from trilume_bench import stages  # noqa: E402
+from trilume_bench import rival, stages  # noqa: E402
 from trilume_bench.suites import stability  # noqa: E402
 
 
@@ -78,3 +78,18 @@ def test_hall_has_what_was_asked_for(tmp_path):
     assert 900 < len(corners) < 1100 and area(corners) == pytest.approx(4 * np.pi, rel=0.02)
     outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     assert (np.linalg.norm(outward, axis=1) > 0).all() and ((outward * corners.mean(axis=1)).sum(axis=1) > 0).all()
+
+
+@pytest.mark.parametrize("name, count", [("box", 32), ("fine_box", 96_000)])
+def test_boxes_have_as_many_triangles_as_they_say(tmp_path, name, count):
+    """The lamp's rectangle are two more."""
+    class Content:
+        stage = staticmethod(harness.find_stage)
+
+    rival.STAGES[name](Content, tmp_path / "box.usda")
+    stage = Usd.Stage.Open(str(tmp_path / "box.usda"))
+    assert len(triangles(stage)) + 2 == pytest.approx(count, rel=0.01)
+    # Standing on the floor, in the room, and seen from outside.
+    for path in ("/World/Tall", "/World/Short" if name == "box" else "/World/Ball"):
+        bounds = UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default"]).ComputeWorldBound(stage.GetPrimAtPath(path)).ComputeAlignedRange()
+        assert bounds.GetMin()[1] == pytest.approx(0, abs=1e-6) and abs(bounds.GetMin()[0]) < 1.6 and bounds.GetMax()[1] < 1.8

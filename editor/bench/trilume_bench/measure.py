@@ -80,6 +80,24 @@ def curve(bench, stage, technique, size, warmup, count, seconds, seed, options=(
         {"images": np.array(images, dtype=np.float32), **rendered.aovs}
 
 
+def convergence(bench, stage, technique, size, warmup, count, seconds, seeds, direct=False):
+    """relMSE of means of 1, 2, 4 ... `count` single frames after warm-up, for each seed over all such means in its run, against
+    two independent long runs of `reference`, whose noise drops out. direct: of direct light alone."""
+    path = bench.stage(stage)
+    names = ("direct", "emission") if direct else ()
+    expected = []
+    for number in range(2):
+        flags = ["-t", "reference", "--denoise", "off", "--time", seconds, "--seed", 900_002 + number]
+        rendered = bench.command.render(path, size, flags, aovs=names)
+        expected.append(sum(rendered.aovs.values()) if direct else rendered.images[0])
+    samples, runs, bad = [2**k for k in range(count.bit_length())], [], 0
+    for seed in seeds:
+        rendered = bench.command.render(path, size, ["-t", technique, "--denoise", "off", "--seed", seed], frames=f"1:{warmup + count}")
+        runs.append(metrics.falling_errors(np.stack(rendered.images[warmup:]), *expected, samples))
+        bad += sum(f["nonfinite"] for f in rendered.stats["frames"])
+    return {"spp": samples, "relmse": runs, "nonfinite": bad}, {}
+
+
 def offline(bench, stage, size, seconds, seed):
     """What Mitsuba computes in the same time on the same cores, if it is installed; `installed` tells."""
     if importlib.util.find_spec("mitsuba") is None:

@@ -145,6 +145,19 @@ def block_t(images, reference, size, mask=None):
     return residuals.mean(axis=1) / np.maximum(error, 1e-12), residuals.shape[1] - 1
 
 
+def falling_errors(frames, first, second, samples):
+    """relMSE of the mean of n frames for each n of `samples`, over all disjoint groups of n. `first` and `second` are independent
+    unbiased references: the product of the differences from each has the squared error as its expectation, without their noise."""
+    frames, first, second = (_wide(x) for x in (frames, first, second))
+    weight = 1 / (((first + second) / 2) ** 2 + RELMSE_EPSILON)
+    sums = np.concatenate([np.zeros_like(frames[:1]), np.cumsum(frames, axis=0)])
+    errors = []
+    for n in samples:
+        means = (sums[n::n] - sums[:-n:n][:len(sums[n::n])]) / n
+        errors.append(float(((means - first) * (means - second) * weight).mean()))
+    return errors
+
+
 def slope(samples, errors):
     """Exponent of error ~ samples^slope, by least squares on logarithms."""
     return float(np.polyfit(np.log(samples), np.log(errors), 1)[0])

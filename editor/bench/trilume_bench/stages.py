@@ -112,6 +112,26 @@ def sphere(path, center, radius):
     return edit
 
 
+def block(path, center, size, turn):
+    """A box of `size` on the floor, turned by `turn` degrees; without the side that it stands on."""
+    def edit(stage):
+        x, z = (s / 2 for s in (size[0], size[2]))
+        corners = [(a * x, y, b * z) for y in (0.0, size[1]) for b in (-1, 1) for a in (-1, 1)]
+        sides = [4, 6, 7, 5, 0, 4, 5, 1, 1, 5, 7, 3, 3, 7, 6, 2, 2, 6, 4, 0]
+        result = UsdGeom.Xformable(mesh(stage, path, corners, [4] * 5, matte(stage, "Block", 0.7), sides))
+        result.AddTranslateOp().Set(Gf.Vec3d(*center))
+        result.AddRotateYOp().Set(turn)
+    return edit
+
+
+def fine_ball(path, center, radius, triangles):
+    def edit(stage):
+        ball = UsdGeom.Xformable(_ball(stage, path, round((triangles / 4) ** 0.5), matte(stage, "Ball", 0.7)))
+        ball.AddTranslateOp().Set(Gf.Vec3d(*center))
+        ball.AddScaleOp().Set(Gf.Vec3f(radius))
+    return edit
+
+
 def metal_ball(roughness):
     def edit(stage):
         ball = UsdGeom.Sphere.Define(stage, "/World/Ball")

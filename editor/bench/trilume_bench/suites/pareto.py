@@ -43,6 +43,11 @@ QUICK = ("raytrace", "pathtrace", "bpt", "ddgi_restir_bpt", "hybrid")
 SCENES, QUICK_SCENES = ("cornell_glass", "maze", "white_room"), ("cornell_glass", "maze")
 LONGEST = "cornell_glass"  # whose unbiased curves go on to 100 s
 SIZE = (96, 54)            # of the references by an independent renderer
+# Error against samples at a size where three decades of them take seconds: whether of direct light alone, and from how many
+# samples on. Frames that share reservoirs depend on each other over as many.
+FALLING = {"pathtrace": (False, 1), "bpt": (False, 1), "restir_bpt": (False, 16), "restir": (True, 16)}
+FALLING_STAGES, QUICK_FALLING_STAGES = ("one_box", "maze"), ("one_box",)
+FALLING_SIZE, FALLING_WARMUP = (32, 18), 16
 EQUAL_TIMES = (0.1, 1.0)   # seconds
 
 
@@ -53,9 +58,67 @@ def plan(bench):
     return scenes, names, s.seeds(1)
 
 
+def falling_jobs(bench):
+    quick, s = bench.settings.quick, bench.settings
+    if s.stages:
+        return {}
+    return {("falling", stage, technique): Job("convergence", 12 if quick else 120, {
+        "stage": stage, "technique": technique, "size": FALLING_SIZE, "warmup": FALLING_WARMUP, "count": 256 if quick else 2048,
+        "seconds": 1 if quick else 8, "seeds": list(range(s.seed, s.seed + (3 if quick else 5))), "direct": direct})
+        for stage in (QUICK_FALLING_STAGES if quick else FALLING_STAGES) for technique, (direct, _) in FALLING.items()
+        if not s.techniques or technique in s.techniques}
+
+
+def exponents(results):
+    """{(stage, technique): (exponent of relMSE over samples, half width of its interval over runs, decades)}."""
+    found = {}
+    for key, result in results.items():
+        if key[0] == "falling":
+            n, first = result.numbers, result.numbers["spp"].index(FALLING[key[2]][1])
+            found[key[1:]] = (*metrics.interval([metrics.slope(n["spp"][first:], run[first:]) for run in n["relmse"]]),
+                              math.log10(n["spp"][-1] / n["spp"][first]))
+    return found
+
+
+def exponent_row(found):
+    """Of the target table."""
+    (stage, technique), (mean, width, decades) = max(found.items(), key=lambda item: abs(item[1][0] + 1))
+    good = False if abs(mean + 1) > 0.05 + width else True if width <= 0.05 else None
+    return ("relMSE over samples: exponent of the unbiased techniques", "-1 +- 0.05 over 3 decades",
+            f"{mean:.3f} +- {width:.2g} over {decades:.1f} decades (`{technique}`, {stage}), farthest of {len(found)}", good)
+
+
+def report_falling(page, results):
+    found = exponents(results)
+    if not found:
+        return {}
+    names = sorted({stage for stage, _ in found})
+    figure, panels = draw.plt.subplots(1, len(names), figsize=(5 * len(names), 3.4), squeeze=False, sharey=True)
+    for axes, stage in zip(panels[0], names):
+        for technique in (t for t in FALLING if (stage, t) in found):
+            n = results["falling", stage, technique].numbers
+            axes.plot(n["spp"], np.mean(n["relmse"], axis=0), marker=".", markersize=4, color=draw.color(technique), label=technique)
+        axes.plot(n["spp"], n["relmse"][0][0] / np.array(n["spp"]), color="#cc3311", linestyle="--", linewidth=1, label="1 / samples")
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        axes.set_xlabel("samples a pixel")
+        axes.set_title(stage, fontsize=9)
+    panels[0][0].set_ylabel("relMSE")
+    panels[0][0].legend()
+    page.heading("Error against samples")
+    width, height = FALLING_SIZE
+    page.text(f"Means of single frames at {width} x {height}, against two independent long runs of `reference`, in whose product of "
+              "differences their own noise drops out. `restir` against direct light, and from 16 samples on, as `restir_bpt`: their "
+              "frames share reservoirs.")
+    page.plot(figure, "falling", "Unbiased: along the dashed line.")
+    page.table(("technique", "stage", "exponent", "decades"),
+               [(f"`{t}`", s, f"{mean:.3f} +- {width:.2g}", f"{decades:.1f}") for (s, t), (mean, width, decades) in found.items()])
+    return {f"{t} {s}": values for (s, t), values in found.items()}
+
+
 def jobs(bench):
     scenes, names, seeds = plan(bench)
-    quick, result = bench.settings.quick, {}
+    quick, result = bench.settings.quick, falling_jobs(bench)
     for scene in scenes:
         result["reference", scene] = Job("reference", 0.1, {"stage": scene, "size": SIZE, "seconds": 10})
         result["classes", scene] = Job("reference", 9 if quick else 34, {
@@ -93,10 +156,6 @@ class Curve:
         if not times[0] <= seconds * 1.05 or seconds > 1.5 * times[-1]:
             return None
         return float(np.exp(np.interp(math.log(seconds), np.log(times), np.log(errors))))
-
-    def slope(self):
-        """Exponent of MSE over samples, and how many decades of samples it rests on."""
-        return metrics.slope(self.spp, self.mse[:, 0]), math.log10(self.spp.max() / self.spp.min())
 
 
 def plot(curves, scene, names):
@@ -139,12 +198,6 @@ def targets(curves, biases, results, scenes, names, offline):
         if not TECHNIQUES[name].unbiased:
             continue
         rows.append((f"`{name}` mean against the independent reference", "within 0.2%", *draw.worst(overall[name], 0.002)))
-        slopes = [c.slope() for s in scenes for c in curves[name, s]]
-        decades = min(d for _, d in slopes)
-        off = max(slopes, key=lambda s: abs(s[0] + 1))[0]
-        rows.append((f"`{name}`: exponent of MSE over samples", "-1 over 3 decades",
-                     f"{off:.2f}, farthest of {len(slopes)}, over {decades:.1f} decades",
-                     None if decades < 2.9 else abs(off + 1) < 0.1))
     for name, bound in (("hybrid", 0.01), ("hybrid_final", 0.005)):
         if name in names:
             rows.append((f"`{name}` signed bias, overall", f"within {percent(bound, 1)}", *draw.worst(overall[name], bound)))
@@ -176,6 +229,7 @@ def report(bench, page, results):
               "after warm-up. " + (f"{results['mitsuba', scenes[0], seeds[0]].numbers['renderer']}, integrator `path`, on the same "
                                    "cores; its loading and compiling are left out." if offline else "Mitsuba is not installed."))
     page.targets([*targets(curves, biases, results, scenes, names, offline),
+                  *([exponent_row(falling)] if (falling := exponents(results)) else []),
                   ("pixels that are not finite", "0", str(bad), bad == 0)])
     for scene in scenes:
         page.heading(scene)
@@ -191,6 +245,6 @@ def report(bench, page, results):
               "light.")
     page.table(("technique", "scene", "overall", *CLASSES),
                [(f"`{n}`", s, percents(all_), *(percents(c[k]) if k in c else "" for k in CLASSES)) for n, s, all_, c in biases])
-    return {"curves": {f"{n} {s}": [{"seconds": c.seconds.tolist(), "spp": c.spp.tolist(), "relmse": c.relmse.tolist(),
+    return {"exponents": report_falling(page, results), "curves": {f"{n} {s}": [{"seconds": c.seconds.tolist(), "spp": c.spp.tolist(), "relmse": c.relmse.tolist(),
                                      "mse": c.mse.tolist(), "flip": c.flip} for c in curves[n, s]] for n, s in curves},
             "bias": [{"technique": n, "scene": s, "overall": all_, **c} for n, s, all_, c in biases], "nonfinite": bad}
