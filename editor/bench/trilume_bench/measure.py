@@ -6,6 +6,7 @@ A change of this file makes stored measurements stale.
 import importlib.util
 import json
 import math
+import os
 import subprocess
 import sys
 import tempfile
@@ -98,16 +99,21 @@ def convergence(bench, stage, technique, size, warmup, count, seconds, seeds, di
     return {"spp": samples, "relmse": runs, "nonfinite": bad}, {}
 
 
-def offline(bench, stage, size, seconds, seed):
-    """What Mitsuba computes in the same time on the same cores, if it is installed; `installed` tells."""
-    if importlib.util.find_spec("mitsuba") is None:
+def offline(bench, stage, size, seconds, seed, renderer="mitsuba"):
+    """What Mitsuba or Cycles computes in the same time on the same cores, if it is installed; `installed` tells. Cycles may have a
+    Python of its own, TRILUME_CYCLES_PYTHON, as bpy wants an older NumPy; its stages are converted with Mitsuba's help."""
+    python = os.environ.get("TRILUME_CYCLES_PYTHON") or (sys.executable if importlib.util.find_spec("bpy") else None)
+    if importlib.util.find_spec("mitsuba") is None or (renderer == "cycles" and python is None):
         return {"installed": False}, {}
     with tempfile.TemporaryDirectory(prefix="trilume-bench-") as folder:
-        output = Path(folder) / "out.npz"
-        words = [sys.executable, "-m", "trilume_bench.offline", bench.stage(stage), *size, seconds, seed, output]
-        done = subprocess.run([str(w) for w in words], capture_output=True, text=True)
-        if done.returncode != 0:
-            raise BenchError(RUN, "Mitsuba failed", str(stage), (done.stderr.splitlines() or ["no message"])[-1])
+        output, here = Path(folder) / "out.npz", Path(__file__).parent
+        if renderer == "cycles":
+            scene = Path(folder) / "scene.json"
+            _run([sys.executable, "-m", "trilume_bench.usd_to_cycles", bench.stage(stage), *size, scene], "Cycles", stage)
+            words = [python, "-I", here / "render_cycles.py", scene, *size, seconds, seed, output]
+        else:
+            words = [sys.executable, "-m", "trilume_bench.offline", bench.stage(stage), *size, seconds, seed, output]
+        _run(words, renderer, stage)
         with np.load(output) as data:
             return {"installed": True, "renderer": str(data["renderer"]), "spp": data["spp"].tolist(),
                     "ms": data["ms"].tolist()}, {"images": data["images"]}
@@ -195,7 +201,12 @@ def _program(bench, name, words, hint):
     program = bench.settings.home / "bin" / name
     if not program.exists():
         raise BenchError(INPUT, "not built", program, hint)
-    done = subprocess.run([str(w) for w in (program, *words)], capture_output=True, text=True)
+    return json.loads(_run([program, *words], name, program))
+
+
+def _run(words, name, where):
+    """Standard output."""
+    done = subprocess.run([str(w) for w in words], capture_output=True, text=True)
     if done.returncode != 0:
-        raise BenchError(RUN, f"{name} failed", program, (done.stderr.splitlines() or ["no message"])[-1])
-    return json.loads(done.stdout)
+        raise BenchError(RUN, f"{name} failed", where, (done.stderr.splitlines() or ["no message"])[-1])
+    return done.stdout

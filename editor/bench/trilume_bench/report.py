@@ -14,7 +14,7 @@ from . import metrics, store  # noqa: E402
 COLORS = {
     "raytrace": "#bbbbbb", "pathtrace": "#88ccee", "bpt": "#332288", "restir": "#ddcc77", "ddgi": "#117733",
     "ddgi_restir": "#44aa99", "restir_bpt": "#aa4499", "ddgi_restir_bpt": "#cc6677", "hybrid": "#000000",
-    "reference": "#999933", "mitsuba": "#ff8800", "hybrid_final": "#777777",
+    "reference": "#999933", "mitsuba": "#ff8800", "cycles": "#ddaa00", "hybrid_final": "#777777",
 }
 plt.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
                      "grid.alpha": 0.25, "axes.axisbelow": True, "legend.frameon": False})

@@ -227,8 +227,12 @@ class _Converter:
             surface = material.ComputeSurfaceSource()[0]
             if not surface or surface.GetIdAttr().Get() != "UsdPreviewSurface":
                 raise NotComparable(f"{path}: not a UsdPreviewSurface")
-            self.bsdfs[path] = self.preview_surface(path, surface)
+            bsdf, emission = self.preview_surface(path, surface)
+            self.bsdfs[path] = self.loaded(bsdf), emission
         return self.bsdfs[path]
+
+    def loaded(self, bsdf):
+        return mi.load_dict(bsdf)
 
     def preview_surface(self, path, shader):
         def read(name, default):
@@ -254,7 +258,7 @@ class _Converter:
             bsdf = {"type": "dielectric", "int_ior": float(ior), "ext_ior": 1.0, "specular_transmittance": _rgb(color)}
         else:
             raise NotComparable(f"{path}: neither Lambert (ior 1), a white mirror nor smooth glass")
-        return mi.load_dict(bsdf), (emissive if emissive.any() else None)
+        return bsdf, (emissive if emissive.any() else None)
 
     # ---- camera ----
 
