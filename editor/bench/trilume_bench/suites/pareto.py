@@ -100,7 +100,8 @@ def report_falling(page, results):
         for technique in (t for t in FALLING if (stage, t) in found):
             n = results["falling", stage, technique].numbers
             axes.plot(n["spp"], np.mean(n["relmse"], axis=0), marker=".", markersize=4, color=draw.color(technique), label=technique)
-        axes.plot(n["spp"], n["relmse"][0][0] / np.array(n["spp"]), color="#cc3311", linestyle="--", linewidth=1, label="1 / samples")
+        highest = max(np.mean(n["relmse"], axis=0)[0] for (s, t) in found if s == stage for n in [results["falling", s, t].numbers])
+        axes.plot(n["spp"], 2 * highest / np.array(n["spp"]), color="#cc3311", linestyle="--", linewidth=1, label="1 / samples")
         axes.set_xscale("log")
         axes.set_yscale("log")
         axes.set_xlabel("samples a pixel")
@@ -112,7 +113,7 @@ def report_falling(page, results):
     page.text(f"Means of single frames at {width} x {height}, against two independent long runs of `reference`, in whose product of "
               "differences their own noise drops out. `restir` against direct light, and from 16 samples on, as `restir_bpt`: their "
               "frames share reservoirs.")
-    page.plot(figure, "falling", "Unbiased: along the dashed line.")
+    page.plot(figure, "falling", "Unbiased: parallel to the dashed line.")
     page.table(("technique", "stage", "exponent", "decades"),
                [(f"`{t}`", s, f"{mean:.3f} +- {width:.2g}", f"{decades:.1f}") for (s, t), (mean, width, decades) in found.items()])
     return {f"{t} {s}": values for (s, t), values in found.items()}
@@ -181,7 +182,7 @@ def plot(curves, scene, names):
         axes.set_title(label, fontsize=9)
     handles, labels = panels[0].get_legend_handles_labels()
     known = dict(zip(labels, handles))
-    figure.legend(known.values(), known.keys(), ncols=len(known), loc="lower center", bbox_to_anchor=(0.5, -0.06))
+    figure.legend(known.values(), known.keys(), ncols=len(known), loc="lower center", bbox_to_anchor=(0.5, -0.12))
     return figure
 
 

@@ -64,6 +64,8 @@ def plot(axes, techniques, results):
         panel.set_yscale("log")
         panel.set_xlabel(axis)
         panel.xaxis.set_minor_formatter(draw.plt.NullFormatter())
+        if counts[-1] < 100 * counts[0]:
+            panel.set_xticks(counts, counts)
     panels[0][0].set_ylabel("ms a frame")
     panels[0][0].legend()
     return figure, points

@@ -50,7 +50,8 @@ def report(bench, page, results):
         axes.set_xlabel("triangles")
         axes.set_yscale("log")
     panels[0].set_ylabel("million rays a second")
-    panels[0].legend()
+    panels[0].set_ylim(bottom=0.5 * min(r[t] for r in rates for t in TRACERS if t in r))
+    panels[0].legend(ncols=len(TRACERS), loc="lower left", bbox_to_anchor=(0, 1.08))
     page.plot(figure, "rates", "Single rays, all threads.")
     page.table(("triangles", "rays", *TRACERS, "compute / embree", "compute / query"),
                [(r["triangles"], r["rays"], *(number(r.get(t)) for t in TRACERS), number(share(r, "embree")),
