@@ -67,7 +67,7 @@ def targets(results):
     rows, pictures, summary = [], {}, {}
     for name, condition in CONDITIONS.items():
         ms, limit = results["rival", name].numbers["frame_ms"], SHARE * condition.ms
-        pictures[name] = results["rival", name].arrays["one"]
+        pictures[condition.stage] = results["rival", name].arrays["one"]
         target, measured, met = f"{limit:.0f} ms", f"{number(ms)} ms", ms <= limit
         summary[name] = {"frame_ms": ms}
         if condition.relmse:
@@ -93,5 +93,5 @@ def show(page, pictures):
     width, height = ERROR_SIZE
     page.text(f"`{TECHNIQUE}`, not denoised, {WARMUP} frames of warm-up; error at {width} x {height}, of the mean of as many frames as "
               "fit the time, against `reference`. The other's numbers are from one measurement on the same driver and cores.")
-    page.plot(draw.contact_sheet(tuple(pictures), ("a frame",), lambda _, name: pictures[name], width=3), "rival",
+    page.plot(draw.contact_sheet(tuple(pictures), ("a frame",), lambda _, stage: pictures[stage], width=3), "rival",
               "What was measured.")
