@@ -107,7 +107,7 @@ void DenoiseNode::accumulate(graph::FrameContext& context, std::span<const Signa
         push.signals[i] = resources.address(batch[i].plane);
         push.previous[i] = resources.address(batch[i].history.previous);
         push.histories[i] = resources.address(batch[i].history.current);
-        push.moments[i] = resources.address(estimates_[0][i]);
+        push.differences[i] = resources.address(estimates_[0][i]);
         if (resources.historyValid(batch[i].history.previous)) push.flags |= shared::kDenoiseHistory << i;
     }
     // Signals that follow a change slowly (probes) are tested until history has forgotten the time before it, less and
@@ -149,7 +149,7 @@ void DenoiseNode::filter(graph::FrameContext& context, std::span<const Signal> b
     push.sigma = static_cast<float>(context.params.getFloat("denoise.sigma"));
     const int64_t levels = context.params.getInt("denoise.levels");
     for (int64_t level = 0; level < levels; ++level) {
-        push.spacing = 1 << level;
+        push.spacing = level == 0 ? 1 : 3 * push.spacing;
         const bool last = level + 1 == levels;
         walk(context, pipeline(context, "filter", batch.size(), {{"TL_LAST", "0"}}), push, 0);
         walk(context, pipeline(context, "filter", batch.size(), {{"TL_LAST", last ? "1" : "0"}}), push, 1);

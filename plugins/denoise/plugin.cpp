@@ -17,10 +17,12 @@ static void registerPlugin(trilume::Registry& registry) {
          .unit = "frames",
          .doc = "Longest history; more is smoother and slower to follow changes too small to be noticed."});
     registry.addParam({.name = "denoise.levels",
-                       .defaultValue = int64_t{5},
+                       .defaultValue = int64_t{3},
                        .minimum = 0,
-                       .maximum = 8,
-                       .doc = "Levels of the spatial filter, each twice as wide as the one before; 0: none, no blur."});
+                       .maximum = 6,
+                       .doc = "Levels of the spatial filter, each three times as wide as the one before; 0: none, no "
+                              "blur.",
+                       .least = 1});
     registry.addParam({.name = "denoise.sigma",
                        .defaultValue = 2.0,
                        .minimum = 0,

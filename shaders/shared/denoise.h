@@ -56,8 +56,8 @@ struct DenoiseAccumulatePush {
     TL_REF(vec3) signals[kDenoiseBatch];
     TL_REF(DenoiseHistory) previous[kDenoiseBatch]; // read with kDenoiseHistory
     TL_REF(DenoiseHistory) histories[kDenoiseBatch];
-    TL_REF(vec4) moments[kDenoiseBatch]; // pixels (1 or 0); luminance without albedo, its square, its variance
-    uint flags;                          // kDenoise*
+    TL_REF(vec4) differences[kDenoiseBatch]; // moments of what this frame differs by, written by expect.comp
+    uint flags;                              // kDenoise*
     float maxFrames;
 };
 
@@ -68,7 +68,7 @@ struct DenoiseSumPush {
     TL_REF(FrameConstants) frame;
     TL_REF(DenoiseSurface) surfaces;
     TL_REF(DenoiseHistory) histories[kDenoiseBatch];
-    TL_REF(vec4) from[kDenoiseBatch]; // moments
+    TL_REF(vec4) from[kDenoiseBatch]; // moments: pixels (1 or 0); luminance without albedo, its square, its variance
     TL_REF(vec4) to[kDenoiseBatch];   // their sums, or estimates: radiance over albedo, and variance of its luminance
     uint axis;                        // 0: x, 1: y
     int spacing;

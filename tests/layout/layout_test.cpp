@@ -69,7 +69,7 @@ const std::map<std::string, StructLayout> kHostLayouts = {
     TL_LAYOUT(DenoiseReprojection, corner, weights, gain),
     TL_LAYOUT(DenoiseHistory, mean, squares, frames),
     TL_LAYOUT(DenoiseSurfacesPush, frame, points, previous, surfaces, reprojection, flags, maxFrames),
-    TL_LAYOUT(DenoiseAccumulatePush, frame, surfaces, reprojection, signals, previous, histories, moments, flags,
+    TL_LAYOUT(DenoiseAccumulatePush, frame, surfaces, reprojection, signals, previous, histories, differences, flags,
               maxFrames),
     TL_LAYOUT(DenoiseSumPush, frame, surfaces, histories, from, to, axis, spacing, changeSigma),
     TL_LAYOUT(DenoiseFilterPush, frame, surfaces, histories, from, to, signals, axis, spacing, sigma),

@@ -14,7 +14,6 @@ void main() {
     const uvec2 pixel = gl_GlobalInvocationID.xy;
     if (!insideView(pixel)) return;
     const uint index = pixelIndex(pixel);
-    const float perLuminance = safeDivide(1.0, luminance(push.surfaces.v[index].albedo));
     uint unsound = 0u;
     [[unroll]] for (uint s = 0u; s < TL_SIGNALS; ++s) {
         vec3 radiance = push.signals[s].v[index];
@@ -31,13 +30,7 @@ void main() {
         h.mean = mix(h.mean, radiance, 1.0 / h.frames);
         h.squares = mix(h.squares, sqr(luminance(radiance)), 1.0 / h.frames);
         push.histories[s].v[index] = h;
-        if ((push.flags & kDenoiseUnfiltered) != 0u) {
-            push.signals[s].v[index] = h.mean;
-            continue;
-        }
-        const float value = luminance(h.mean) * perLuminance;
-        const float count = perLuminance > 0.0 ? 1.0 : 0.0;
-        push.moments[s].v[index] = vec4(count, value, sqr(value), frameVariance(h) / h.frames * sqr(perLuminance));
+        if ((push.flags & kDenoiseUnfiltered) != 0u) push.signals[s].v[index] = h.mean;
     }
     if (unsound > 0u) atomicAdd(TL_FRAME.counters.v[kCounterNonfinite], unsound);
 }

@@ -25,6 +25,6 @@ void main() {
             difference =
                 vec4(1.0, d, sqr(d), frameVariance(expected) * (1.0 + 1.0 / expected.frames) * sqr(perLuminance));
         }
-        push.moments[s].v[index] = difference;
+        push.differences[s].v[index] = difference;
     }
 }

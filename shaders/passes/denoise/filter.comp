@@ -1,5 +1,6 @@
 // One half of a level of an edge-avoiding a-trous transform (Dammertz 2010; guided by variance: Schied 2017), along one
-// axis and in the form of an exchange between pixels: what one gains the other loses, so the sum of radiance is kept exactly.
+// axis and in the form of an exchange between pixels: what one gains the other loses, so the sum of radiance is kept
+// exactly. On a uniform surface the levels are means of 3, 9 and 27 pixels.
 // TL_LAST puts albedo back; a channel without albedo keeps the history's mean: there was nothing to divide by.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -71,8 +72,8 @@ void main() {
     [[unroll]] for (int k = 0; k <= kChain; ++k) {
         const Link link = linkAt(chainPixel(k));
         const Albedo albedo = albedoAt(link.index);
-        // (n . n)^64 exp(-s^2 / 0.1^2), of which a quarter to each side.
-        const float weight = 0.25 * pow4(pow4(pow4(cosineBetween(last, link))));
+        // A third of (n . n)^64 exp(-s^2 / 0.1^2) to each side.
+        const float weight = 1.0 / 3.0 * pow4(pow4(pow4(cosineBetween(last, link))));
         const float exponent = -100.0 * offPlane(last, link);
         const vec3 limit = min(lastAlbedo.value, albedo.value);
         const float shareLast = luminance(limit) * lastAlbedo.luminanceInverse;
