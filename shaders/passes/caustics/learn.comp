@@ -14,7 +14,7 @@ const uint kFewest = 8;       // the limit's part that is always emitted, to not
 uint wholeCount() {
     if ((push.flags & kCausticsHistory) == 0u) return push.photonLimit;
     const CausticState before = push.previousState.v[0];
-    if (before.emitted != before.whole) return before.whole; // too few to judge by
+    if (before.emitted != before.whole) return min(before.whole, push.photonLimit); // too few to judge by
     const float emitted = float(before.emitted);
     const float wanted = kArrivals * emitted * safeDivide(float(before.lit), float(before.arrivals));
     return clamp(uint(clamp(wanted, 0.5 * emitted, 2.0 * emitted)), push.photonLimit / kFewest, push.photonLimit);
