@@ -63,18 +63,18 @@ struct CausticsPush {
     TL_REF(Photon) photons;
     TL_REF(uint) heads; // of the grid's cells: the first photon, or kNone
     TL_REF(CausticPatch) cache;
-    TL_REF(uint) cacheSums;             // of this frame, kFixedWords for each patch
-    float uniformShare;                 // of photons, emitted as the light emits
-    float gatherRadius;                 // pixels
-    float share;                        // of the photons wanted, and of a frame in means
-    float historyFrames;                // in a pixel's mean at most
-    float cacheShare;                   // of this frame in the cache's mean
-    uint photonLimit;                   // of this frame
-    uint headMask;                      // number of cells - 1, a power of 2 less 1
-    uint knownGroups;                   // of lights, of which previousGuide tells
-    uint flags;                         // kCaustics*
+    TL_REF(uint) cacheSums; // of this frame, kFixedWords for each patch
+    float uniformShare;     // of photons, emitted as the light emits
+    float gatherRadius;     // pixels
+    float share;            // of the photons wanted, and of a frame in means
+    float historyFrames;    // in a pixel's mean at most
+    float cacheShare;       // of this frame in the cache's mean
+    uint photonLimit;       // of this frame
+    uint headMask;          // number of cells - 1, a power of 2 less 1
+    uint knownGroups;       // of lights, of which previousGuide tells
+    uint flags;             // kCaustics*
 };
-TL_CONST uint kCausticsHistory = 1;    // else buffers hold anything
+TL_CONST uint kCausticsHistory = 1;   // else buffers hold anything
 TL_CONST uint kCausticsUnchanged = 2; // lights, things and materials, since last frame
 TL_CONST uint kCausticsCameraMoved = 4;
 TL_CONST uint kCausticsKernel = 8; // for what is seen directly too, in place of splats

@@ -96,7 +96,7 @@ struct ProbeUpdatePush {
     TL_REF(ProbeRay) rays;
     TL_REF(CausticPatch) causticCache; // with TL_CAUSTIC_CACHE
     uint raysPerProbe;
-    uint flags;  // kProbeUpdate*
+    uint flags; // kProbeUpdate*
     float tolerance;
 };
 // Which probes a round updates; with none of the first four, those awake take turns.
