@@ -35,8 +35,9 @@ struct ProbeStats {
 struct FrameStats {
     double ms = 0;       ///< wall time of rendering, loading and pipeline creation excluded
     double warmupMs = 0; ///< of it, before the frames that are averaged
-    double hostMs =
-        0;            ///< processor time of the calling thread: follows the scene, compiles the graph, records, submits
+    /// Processor time of the calling thread: follows the scene, compiles the graph, records, submits, and creates
+    /// pipelines that prepare() did not. The first picture's scene was followed in prepare().
+    double hostMs = 0;
     uint32_t spp = 0; ///< frames averaged, those of calls before included where the average went on
     std::vector<NodeStats> nodes;
     uint64_t rays = 0;

@@ -37,6 +37,7 @@ graph::Need CausticsNode::needed(const graph::SceneFacts& facts, const ParamSet&
 
 void CausticsNode::declare(graph::Builder& builder) {
     builder.owns(graph::PathClass::Caustic);
+    stillFrames_ = 0;
     const double pixels = static_cast<double>(builder.width()) * builder.height();
     const double perPicture = builder.params().getFloat("caustics.photonsPerPixel") * pixels;
     const auto most = static_cast<double>(builder.params().getInt("caustics.photons"));
@@ -64,10 +65,11 @@ void CausticsNode::execute(graph::FrameContext& context) {
     const bool known = resources.historyValid(state_.previous) && resources.historyValid(mean_.previous);
     const bool unchanged = known && lighting_ == context.facts.lightingRevision;
     lighting_ = context.facts.lightingRevision;
-    stillFrames_ = unchanged && !context.facts.cameraMoved ? stillFrames_ + 1 : 0;
     // Where pixels remember, those of a still picture need few more.
-    const bool remembering = context.sampleIndex == 0 && !denoised(context.params);
-    const bool settled = remembering && stillFrames_ >= kFollowFrames;
+    const int64_t historyFrames = denoised(context.params) ? 1 : context.params.getInt("caustics.historyFrames");
+    const bool remembering = context.sampleIndex == 0 && historyFrames > 1;
+    stillFrames_ = remembering && unchanged && !context.facts.cameraMoved ? stillFrames_ + 1 : 0;
+    const bool settled = stillFrames_ >= kFollowFrames;
     const double share = settled ? context.params.getFloat("caustics.settledShare") : 1.0;
     cachedFrames_ = unchanged ? std::min(cachedFrames_ + share, kCachedFrames) : 1;
 
@@ -93,8 +95,7 @@ void CausticsNode::execute(graph::FrameContext& context) {
     if (context.facts.cameraMoved && context.sampleIndex == 0) push.flags |= shared::kCausticsCameraMoved;
     if (context.params.getChoice("caustics.direct") == "kernel") push.flags |= shared::kCausticsKernel;
     push.share = static_cast<float>(share);
-    push.historyFrames =
-        denoised(context.params) ? 1.0f : static_cast<float>(context.params.getInt("caustics.historyFrames"));
+    push.historyFrames = static_cast<float>(historyFrames);
     push.uniformShare = static_cast<float>(context.params.getFloat("caustics.uniformShare"));
     push.gatherRadius =
         static_cast<float>(context.params.getFloat("caustics.gatherRadius") * shrink(context.sampleIndex));
@@ -104,7 +105,9 @@ void CausticsNode::execute(graph::FrameContext& context) {
 
     const uint32_t groups = std::min(context.facts.lights, shared::kGuideGroups);
     push.knownGroups = known ? std::min(knownGroups_, groups) : 0;
+    push.knownCasters = known ? knownCasters_ : 0;
     knownGroups_ = groups;
+    knownCasters_ = context.facts.specularCasters;
 
     const auto run = [&](const char* pass, uint32_t x, uint32_t y = 1) {
         const std::string path = std::string("passes/caustics/") + pass + ".comp";

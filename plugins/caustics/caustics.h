@@ -18,10 +18,11 @@ private:
     graph::Buffer photons_, heads_, splats_, cache_, cacheSums_;
     graph::History<graph::Buffer> guide_, state_;
     uint32_t photonLimit_ = 0, cells_ = 0;
-    double cachedFrames_ = 0;  ///< in the cache's mean
-    uint32_t stillFrames_ = 0; ///< since light, things, materials or the camera last changed
-    uint32_t knownGroups_ = 0; ///< of lights, in the guide
-    uint64_t lighting_ = 0;    ///< SceneFacts::lightingRevision of the last frame
+    double cachedFrames_ = 0;   ///< in the cache's mean
+    uint32_t stillFrames_ = 0;  ///< remembered, since light, things, materials, parameters or the camera last changed
+    uint32_t knownGroups_ = 0;  ///< of lights, in the guide
+    uint32_t knownCasters_ = 0; ///< there
+    uint64_t lighting_ = 0;     ///< SceneFacts::lightingRevision of the last frame
 };
 
 } // namespace trilume

@@ -113,21 +113,25 @@ void DenoiseNode::accumulate(graph::FrameContext& context, std::span<const Signa
     // Signals that follow a change slowly (probes) are tested until history has forgotten the time before it, less and
     // less readily: a scene at rest is not tested at all, and its mean is the mean of its frames.
     const bool test = framesSinceChange_ < maxFrames;
+    // All that a change needs is made with the first picture.
+    const gpu::Pipeline& expect = pipeline(context, "expect", batch.size());
+    const gpu::Pipeline& sumOfChanges = pipeline(context, "sum", batch.size(), {{"TL_CHANGES", "1"}});
+    const gpu::Pipeline& testOfChanges = pipeline(context, "test", batch.size(), {{"TL_CHANGES", "1"}});
+    const gpu::Pipeline& accumulateExpected = pipeline(context, "accumulate", batch.size(), {{"TL_EXPECTED", "1"}});
+    const gpu::Pipeline& accumulateAtRest = pipeline(context, "accumulate", batch.size(), {{"TL_EXPECTED", "0"}});
     if (test) {
-        context.commands.dispatch(pipeline(context, "expect", batch.size()), push, context.width, context.height);
+        context.commands.dispatch(expect, push, context.width, context.height);
         context.commands.barrier();
         shared::DenoiseSumPush sum = sumPush(context, batch);
         sum.changeSigma = static_cast<float>(context.params.getFloat("denoise.changeSigma") *
                                              std::sqrt(1.0 + static_cast<double>(framesSinceChange_)));
         for (int level = 0; level < kTestLevels; ++level) {
-            walk(context, pipeline(context, "sum", batch.size(), {{"TL_CHANGES", "1"}}), sum, 0);
-            walk(context, pipeline(context, "test", batch.size(), {{"TL_CHANGES", "1"}}), sum, 1);
+            walk(context, sumOfChanges, sum, 0);
+            walk(context, testOfChanges, sum, 1);
             sum.spacing *= 3;
         }
     }
-    const Defines expected{{"TL_EXPECTED", test ? "1" : "0"}};
-    context.commands.dispatch(pipeline(context, "accumulate", batch.size(), expected), push, context.width,
-                              context.height);
+    context.commands.dispatch(test ? accumulateExpected : accumulateAtRest, push, context.width, context.height);
     context.commands.barrier();
 }
 

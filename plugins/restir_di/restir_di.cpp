@@ -101,7 +101,8 @@ void RestirDiNode::execute(graph::FrameContext& context) {
         context.commands.dispatch(context.pipeline({shader, std::move(defines), {}}), push, context.width,
                                   context.height);
     };
-    dispatch("passes/restir_di/candidates.comp", {{"TL_REUSE", reuse_ == Reuse::Off ? "0" : "1"}});
+    dispatch("passes/restir_di/candidates.comp", {{"TL_REUSE", reuse_ == Reuse::Off ? "0" : "1"},
+                                                  {"TL_BSDF_EVERYWHERE", push.bsdfRoughness >= 1 ? "1" : "0"}});
     // Without history it finds no neighbours, but its pipeline is made with the others before the first picture.
     if (reuse_ != Reuse::Off && !alone) {
         context.commands.barrier();

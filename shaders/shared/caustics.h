@@ -72,6 +72,7 @@ struct CausticsPush {
     uint photonLimit;       // of this frame
     uint headMask;          // number of cells - 1, a power of 2 less 1
     uint knownGroups;       // of lights, of which previousGuide tells
+    uint knownCasters;      // likewise
     uint flags;             // kCaustics*
 };
 TL_CONST uint kCausticsHistory = 1;   // else buffers hold anything

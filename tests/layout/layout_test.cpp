@@ -90,7 +90,7 @@ const std::map<std::string, StructLayout> kHostLayouts = {
     TL_LAYOUT(CausticPatch, key, irradiance),
     TL_LAYOUT(CausticsPush, frame, points, previousPoints, caustic, mean, previousMean, splats, guide, previousGuide,
               state, previousState, photons, heads, cache, cacheSums, uniformShare, gatherRadius, share, historyFrames,
-              cacheShare, photonLimit, headMask, knownGroups, flags),
+              cacheShare, photonLimit, headMask, knownGroups, knownCasters, flags),
     TL_LAYOUT(VisiblePoint, instance, primitive, uv, direction, footprint, throughput, dimension, chain),
     TL_LAYOUT(Probe, offset, flags, count, seen, backShare, updates, watch, moves, settle, fast, last, variance),
     TL_LAYOUT(ProbeVolume, probes, irradiance, distances, origin, spacing, steps, probeCount, counts, selected, awake,

@@ -84,6 +84,32 @@ def test_static_stage_builds_and_uploads_nothing_after_its_first_frame(command, 
     assert all(0 < f["host_ms"] < f["ms"] for f in frames)
 
 
+def test_photons_of_a_still_picture_settle(command, tmp_path):
+    """An eighth of them after eight still frames, all of them when something moves; none where nothing is remembered."""
+    plate = harness.mesh(extra="""double3 xformOp:translate.timeSamples = {1: (1, 0, 0), 12: (1, 0, 0), 13: (1.5, 0, 0)}
+        uniform token[] xformOpOrder = ["xformOp:translate"]""")
+    ball = """    def Sphere "Ball" (prepend apiSchemas = ["MaterialBindingAPI"])
+    {
+        double radius = 0.3
+        double3 xformOp:translate = (0, 0, 1)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+        rel material:binding = </World/Glass>
+    }
+"""
+    stage = harness.write_stage(tmp_path / "stage.usda", harness.CAMERA, harness.matte(), harness.GLASS, harness.LAMP, plate,
+                                ball)
+
+    def photons(*flags):
+        done = harness.run("render", *SIZE, "-t", "hybrid", "--denoise", "off", "-f", "1:13", *flags, "--stats",
+                           tmp_path / "stats.json", stage, tmp_path / "out.####.pfm")
+        assert done.status == 0, done.stderr
+        return [f["photons"] for f in json.loads((tmp_path / "stats.json").read_text())["frames"]]
+
+    counts = photons()
+    assert counts[8:12] == [counts[7] // 8] * 4 and counts[12] == counts[7]
+    assert photons("--set", "caustics.historyFrames=1")[11] >= counts[7] // 2
+
+
 DEFORMING = harness.mesh(points=f"""{harness.SQUARE_POINTS}
         point3f[] points.timeSamples = {{
             1: [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)],

@@ -51,6 +51,14 @@ def test_a_single_light_costs_what_ray_tracing_costs(render):
     assert restir.image == pytest.approx(raytrace.image, rel=1e-4, abs=1e-6)
 
 
+def test_bsdf_samples_where_nothing_is_rough(render):
+    """Candidates of the BSDF on Lambert surfaces too: their weights and the light samples' go together."""
+    runs = [render.runs("cornell_empty", "-t", "restir", "--spp", 64, "--set", f"restir_di.bsdfRoughness={r}", count=4,
+                        aovs=("direct",)) for r in (0.5, 1)]
+    few, all_ = ([run.aovs["direct"].mean() for run in r] for r in runs)
+    assert np.mean(all_) == pytest.approx(np.mean(few), rel=5e-3)
+
+
 def test_a_strong_lamp_out_of_sight_hides_nothing(render, tmp_path):
     """It wins every resampling that knows nothing of shadows, and brings nothing; tiles learn that."""
     bright = tmp_path / "bright.usda"

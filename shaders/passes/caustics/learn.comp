@@ -44,7 +44,7 @@ void main() {
     for (uint caster = 0u; caster < TL_SCENE.casterCount; ++caster) {
         const uint target = first + caster * kGuideCells;
         float learned = 0.0;
-        if (known) {
+        if (known && caster < push.knownCasters) {
             const GuideTarget before = push.previousGuide.v[target];
             const float flux = float(before.flux) / (float(kGuideUnit) * float(max(push.previousState.v[0].emitted, 1u)));
             learned = mix(before.learned, flux, kForget * push.share);

@@ -127,7 +127,7 @@ Stream drawCandidates(uvec2 pixel, Shading shading, inout Sampler rng) {
         const uint light = chooseLight(choice, i, rng);
         offerLightSample(shading, choice, light, bsdfSamples, s, rng);
     }
-#if TL_BSDF_ROUGH
+#if TL_BSDF_ROUGH || TL_BSDF_EVERYWHERE
     for (uint i = 0u; i < count; ++i) offerBsdfSample(shading, choice, pSkipped, bsdfSamples, s, rng);
 #endif
     return s;
