@@ -9,6 +9,7 @@ namespace trilume {
 
 namespace {
 
+constexpr uint32_t kPlacingRays = 32;
 constexpr uint32_t kBounceRays = 16;
 constexpr uint32_t kPlacingRounds = 4; // a probe in a corner leaves it through three walls
 constexpr uint32_t kFirstRounds = 3;   // of means, in the first frame
@@ -122,7 +123,10 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
     const bool settled = followFrames_ == 0 && context.sampleIndex == 0;
     const double share = settled ? context.params.getFloat("ddgi.settledShare") : 1.0;
     const auto budget = static_cast<uint32_t>(share * static_cast<double>(context.params.getInt("ddgi.budget")));
-    const bool bounce = (flags & shared::kProbeUpdateBounce) != 0;
+    const uint32_t rays = (flags & (shared::kProbeUpdateRestart | shared::kProbeUpdateMoved)) != 0 ? kPlacingRays
+                          : (flags & shared::kProbeUpdateBounce) != 0                              ? kBounceRays
+                                                                                                   : raysPerProbe_;
+    const bool wakes = (flags & (shared::kProbeUpdateRestart | shared::kProbeUpdateChanged)) != 0;
     const bool turns = (flags & ~(shared::kProbeUpdateChanged | shared::kProbeUpdateRelit)) == 0;
 
     shared::ProbeBeginPush begin{};
@@ -147,12 +151,16 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
     update.turns = resources.address(turns_);
     update.rays = resources.address(rays_);
     update.causticCache = resources.address(causticCache_);
-    update.raysPerProbe = bounce ? std::min(kBounceRays, raysPerProbe_) : raysPerProbe_;
+    update.raysPerProbe = std::min(rays, raysPerProbe_);
     update.flags = flags;
     update.tolerance = static_cast<float>(context.params.getFloat("ddgi.tolerance"));
     // Groups find the number of probes on the device; those beyond it end at once, and should there be more, they loop.
     const uint32_t probes = grid_.probes();
     const uint32_t expected = turns ? std::min(probes, 2 * budget / raysPerProbe_ + probes / 16 + 1) : probes;
+    if (wakes) {
+        commands.dispatch(context.pipeline({"passes/ddgi/wake.comp", {}, {}}), update, probes);
+        commands.barrier();
+    }
     commands.dispatch(context.pipeline({"passes/ddgi/select.comp", {}, {}}), update, probes);
     commands.barrier();
     const auto run = [&](const char* pass, uint32_t threads, std::vector<std::pair<std::string, std::string>> defines) {

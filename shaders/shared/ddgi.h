@@ -15,7 +15,8 @@ TL_CONST uint kProbeDistanceNodes = 256;
 TL_CONST uint kProbeActive = 1;    // lookups use it
 TL_CONST uint kProbeConverged = 2; // sleeps unless watched
 TL_CONST uint kProbeLitBack = 4;   // it has seen a lit surface from behind: two-sided ones, not the inside of a thing
-TL_CONST uint kProbeNearby = 8;    // something lies within its voxel
+TL_CONST uint kProbeNearby = 8;    // it has seen something within its voxel
+TL_CONST uint kProbeEmpty = 16;    // nothing is there: it sends no rays
 
 struct Probe {
     vec3 offset;     // from its grid point, metres

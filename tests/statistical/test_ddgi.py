@@ -176,3 +176,15 @@ def test_probes_follow_a_moving_wall(tmp_path):
     before, after, expected = played[18].mean(), played[-1].mean(), alone.mean()
     assert expected < 0.5 * before
     assert abs(after - expected) < 0.1 * (before - expected)
+
+
+@pytest.mark.parametrize("stage", ["five_boxes", "white_room"])
+def test_voxels_found_empty_without_rays_are_of_no_use(render, stage):
+    """Ray queries do not tell which voxels are empty, so that all probes send rays. The same ones serve, but for rays that
+    end elsewhere by rounding, and the light is the same; a probe that is missing leaves its surroundings to others, or dark."""
+    options = (*DDGI, "--set", "ddgi.probes=1000")
+    own, frame = indirect(render, stage, *options, "--tracer", "compute")
+    other, all_send = indirect(render, stage, *options, "--tracer", "query")
+    assert frame["probes"]["updated"] < all_send["probes"]["updated"]
+    assert frame["probes"]["active"] == pytest.approx(all_send["probes"]["active"], rel=0.01)
+    assert metrics.mean_ratio(own, other) == pytest.approx(1, abs=0.01)

@@ -46,9 +46,8 @@ Surroundings lookAround(uint firstRay, vec3 offset) {
     for (uint i = 0u; i < push.raysPerProbe; ++i) {
         const ProbeRay ray = push.rays.v[firstRay + i];
         const vec4 way = vec4(ray.direction, ray.distance);
-        // A point is served by the probes of its cell, and looked up somewhat above its surface.
         const vec3 reach = abs(offset + way.xyz * min(way.w, 4.0));
-        s.nearby = s.nearby || maxComponent(reach) < 1.0 + kProbeNormalBias + kProbeViewBias;
+        s.nearby = s.nearby || maxComponent(reach) < kProbeVoxel;
         if (way.w < kProbeRayMissed) ++s.hits;
         const bool lit = (ray.flags & kProbeRayLit) != 0u;
         const bool back = (ray.flags & kProbeRayBack) != 0u;
@@ -136,7 +135,9 @@ bool judgePlace(ProbeVolume volume, inout Probe probe, Surroundings s) {
     const bool inGeometry = probe.backShare > kGeometryShare && (probe.flags & kProbeLitBack) == 0u;
 
     const vec3 reach = kProbeReach * volume.steps / volume.spacing;
-    const vec3 target = probe.moves > 0u ? relocated(offset, reach, s, inGeometry && s.backs > 0u) : offset;
+    // The first frame's means begin in places that stay: no rounds would follow for a probe that begins anew.
+    const bool moves = probe.moves > 0u && (push.flags & kProbeUpdateActive) == 0u;
+    const vec3 target = moves ? relocated(offset, reach, s, inGeometry && s.backs > 0u) : offset;
     if (target != offset) {
         --probe.moves;
         probe.offset = target * volume.spacing;

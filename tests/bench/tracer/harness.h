@@ -95,6 +95,8 @@ public:
         scene_ = device_.createBufferFrom(std::span<const shared::SceneTable>(&scene, 1), "scene");
     }
 
+    VkDeviceAddress table() const { return scene_.address(); }
+
     /// Rays on the device, and room for their hits.
     struct Batch {
         gpu::Buffer rays, hits;
