@@ -141,7 +141,8 @@ bool judgePlace(ProbeVolume volume, inout Probe probe, Surroundings s) {
     if (target != offset) {
         --probe.moves;
         probe.offset = target * volume.spacing;
-        probe.flags = 0u;
+        probe.flags &= kProbeNearby; // what it serves lies about its grid point
+        probe.watch = max(probe.watch, 1u);
         probe.count = probe.seen = probe.backShare = 0.0;
         probe.variance[0] = probe.variance[1] = vec3(0.0);
         return false;
