@@ -30,10 +30,11 @@ static void registerPlugin(trilume::Registry& registry) {
                        .least = 4});
     registry.addParam({.name = "restir_di.learnedCandidates",
                        .defaultValue = int64_t{3},
-                       .minimum = 1,
+                       .minimum = 2,
                        .maximum = 64,
-                       .doc = "Light samples that go to the lights which a tile of pixels has learned to matter; with "
-                              "one of the above they take the place of those where these lights are all that matter."});
+                       .doc =
+                           "Light samples in place of those above where the lights that a tile of pixels has learned "
+                           "bring it all its light; one of them, in the mean, goes to all lights by power."});
     registry.addParam(
         {.name = "restir_di.bsdfCandidates",
          .defaultValue = int64_t{1},

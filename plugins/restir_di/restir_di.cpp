@@ -84,7 +84,7 @@ void RestirDiNode::execute(graph::FrameContext& context) {
     push.lightCandidates =
         std::min(static_cast<uint32_t>(params.getInt("restir_di.lightCandidates")), usefulCandidates(context.facts));
     push.learnedCandidates = std::min(static_cast<uint32_t>(params.getInt("restir_di.learnedCandidates")),
-                                      std::max(push.lightCandidates, 2u) - 1);
+                                      std::max(push.lightCandidates, 2u));
     push.bsdfCandidates = static_cast<uint32_t>(params.getInt("restir_di.bsdfCandidates"));
     push.bsdfRoughness = static_cast<float>(params.getFloat("restir_di.bsdfRoughness"));
     push.maxHistory = static_cast<float>(params.getInt("restir_di.maxHistory"));

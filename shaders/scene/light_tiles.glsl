@@ -12,20 +12,20 @@ struct LightChoice {
 #if TL_CHOICE
     uint lights[kTileLights];
     float shares[kTileLights]; // of the learned samples; they sum to 1 where there are any
+    float learned;             // share of the samples that goes to these lights, the rest by power
     float bound;               // of what any other light brings, by luminance; 0: nothing is known
+    float offset;              // in [0, 1): of systematic sampling
 #endif
-    uint learned; // samples
-    uint byPower;
+    uint samples;
 };
 
 uint tileIndex(uvec2 tile) { return tile.y * ((TL_FRAME.width + kTileSide - 1u) / kTileSide) + tile.x; }
 
 LightChoice lightChoice(uint samples) {
     LightChoice c;
-    c.learned = 0u;
-    c.byPower = samples;
+    c.samples = samples;
 #if TL_CHOICE
-    c.bound = 0.0;
+    c.learned = c.bound = c.offset = 0.0;
     [[unroll]] for (uint i = 0u; i < kTileLights; ++i) {
         c.lights[i] = kNone;
         c.shares[i] = 0.0;
@@ -35,10 +35,11 @@ LightChoice lightChoice(uint samples) {
 }
 
 #if TL_CHOICE
-// Where the tile's lights bring it all its light, `known` samples go to them and one goes by power; where there are so many
-// lights that these bring little, the samples go by power as if nothing had been learned. Shares are by the roots of means:
-// a light that reaches a part of the tile only is to have enough samples there.
-void learnFrom(LightTile tile, uint known, inout LightChoice c) {
+// Where the tile's lights bring it all its light, `enough` samples do, one of them by power: that is how other lights are
+// found. Where there are so many lights that these bring little, the samples go by power as if nothing had been learned. In
+// the dark no more than `enough` look for light. Shares are by the roots of means: a light that reaches a part of the tile
+// only is to have enough samples there.
+void learnFrom(LightTile tile, uint enough, inout LightChoice c) {
     float sum = 0.0, sumOfRoots = 0.0;
     [[unroll]] for (uint i = 0u; i < kTileLights; ++i) {
         c.lights[i] = tile.means[i] > 0.0 ? currentLight(tile.lights[i]) : kNone;
@@ -49,22 +50,25 @@ void learnFrom(LightTile tile, uint known, inout LightChoice c) {
     }
     [[unroll]] for (uint i = 0u; i < kTileLights; ++i) c.shares[i] = safeDivide(c.shares[i], sumOfRoots);
     const float covered = min(safeDivide(sum, tile.total), 1.0);
+    const float known = covered * float(enough);
+    const float count = known + (1.0 - covered) * float(c.samples);
+    c.samples = tile.total > 0.0 ? max(uint(count + 0.5), 2u) : min(c.samples, enough);
+    c.learned = min(known / count, 1.0 - 1.0 / float(c.samples));
     c.bound = tile.total;
-    c.learned = uint(covered * float(known) + 0.5);
-    c.byPower = 1u + uint((1.0 - covered) * float(c.byPower - 1u) + 0.5);
 }
 #endif
 
-// The light of sample i.
+// The light of sample i. Samples are systematic: one random offset, equal steps.
 uint chooseLight(LightChoice c, uint i, inout Sampler rng) {
 #if TL_CHOICE
     const uint bits = sampleBits(rng);
-    if (i >= c.learned) return lightSelect(TL_SCENE.lightAlias, TL_SCENE.lightCount, bits);
-    float u = unitFloat(bits);
+    const float u = (float(i) + c.offset) / float(c.samples);
+    if (u >= c.learned) return lightSelect(TL_SCENE.lightAlias, TL_SCENE.lightCount, bits);
+    float left = u / c.learned;
     uint light = kNone;
     [[unroll]] for (uint k = 0u; k < kTileLights; ++k) {
-        if (c.shares[k] > 0.0 && (light == kNone || u >= 0.0)) light = c.lights[k];
-        u -= c.shares[k];
+        if (c.shares[k] > 0.0 && (light == kNone || left >= 0.0)) light = c.lights[k];
+        left -= c.shares[k];
     }
     return light;
 #else
@@ -73,13 +77,16 @@ uint chooseLight(LightChoice c, uint i, inout Sampler rng) {
 #endif
 }
 
-// Expected number of samples of a light: the sum of all samples' probabilities of choosing it.
+// Expected number of samples of a light. With a systematic choice that is the sum of the densities of all samples.
 float choiceDensity(LightChoice c, uint light) {
-    float learned = 0.0;
+    const float selection = TL_SCENE.lights.v[light].selection;
 #if TL_CHOICE
-    [[unroll]] for (uint i = 0u; i < kTileLights; ++i) learned += c.lights[i] == light ? c.shares[i] : 0.0;
+    float share = 0.0;
+    [[unroll]] for (uint i = 0u; i < kTileLights; ++i) share += c.lights[i] == light ? c.shares[i] : 0.0;
+    return float(c.samples) * mix(selection, share, c.learned);
+#else
+    return float(c.samples) * selection;
 #endif
-    return float(c.learned) * learned + float(c.byPower) * TL_SCENE.lights.v[light].selection;
 }
 
 // The target function of a candidate of this luminance, without shadows and by solid angle; `pdf` is the density by which

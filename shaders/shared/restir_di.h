@@ -71,7 +71,7 @@ struct RestirPush {
     TL_REF(ChosenLight) chosen;
     uint learned;           // 1: the tiles hold something
     uint lightCandidates;   // where they don't know the lights
-    uint learnedCandidates; // where they do; and one more by power
+    uint learnedCandidates; // where they do; one of them by power
     uint bsdfCandidates;
     float bsdfRoughness; // rougher surfaces take no BSDF candidates
     float maxHistory;

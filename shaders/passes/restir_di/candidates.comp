@@ -104,6 +104,7 @@ LightChoice chooseLights(uvec2 pixel, inout Sampler rng) {
     const ivec2 near = ivec2(pixel) + ivec2(floor((sample2D(rng) - 0.5) * float(kTileSide)));
     const uvec2 inside = uvec2(clamp(near, ivec2(0), ivec2(TL_FRAME.width, TL_FRAME.height) - 1));
     learnFrom(push.tiles.v[tileIndex(inside / kTileSide)], push.learnedCandidates, choice);
+    choice.offset = sample1D(rng);
     return choice;
 #else
     return lightChoice(push.lightCandidates);
@@ -123,7 +124,7 @@ Stream drawCandidates(uvec2 pixel, Shading shading, inout Sampler rng) {
     const uint count = sharp ? push.bsdfCandidates : 0u;
     const float bsdfSamples = float(count) / (1.0 - pSkipped);
     const LightChoice choice = chooseLights(pixel, rng);
-    for (uint i = 0u; i < choice.learned + choice.byPower; ++i) {
+    for (uint i = 0u; i < choice.samples; ++i) {
         const uint light = chooseLight(choice, i, rng);
         offerLightSample(shading, choice, light, bsdfSamples, s, rng);
     }
