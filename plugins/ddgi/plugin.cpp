@@ -36,7 +36,7 @@ static void registerPlugin(trilume::Registry& registry) {
                            "are averaged. Fewer settle more slowly.",
                        .least = 2048});
     registry.addParam({.name = "ddgi.settledShare",
-                       .defaultValue = 0.0625,
+                       .defaultValue = 0.03125,
                        .minimum = 0,
                        .maximum = 1,
                        .doc = "Share of ddgi.budget that refines the probes of a scene which stands still; 0: none."});

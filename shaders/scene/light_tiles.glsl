@@ -48,7 +48,8 @@ void learnFrom(LightTile tile, uint enough, inout LightChoice c) {
         sum += mean;
         sumOfRoots += c.shares[i];
     }
-    [[unroll]] for (uint i = 0u; i < kTileLights; ++i) c.shares[i] = safeDivide(c.shares[i], sumOfRoots);
+    const float scale = safeDivide(1.0, sumOfRoots);
+    [[unroll]] for (uint i = 0u; i < kTileLights; ++i) c.shares[i] *= scale;
     const float covered = min(safeDivide(sum, tile.total), 1.0);
     const float known = covered * float(enough);
     const float count = known + (1.0 - covered) * float(c.samples);
