@@ -11,8 +11,10 @@ namespace {
 
 constexpr uint32_t kPlacingRays = 32;
 constexpr uint32_t kBounceRays = 16;
+constexpr uint32_t kFewestRays = 8;    // of a probe while all of them follow a lamp
 constexpr uint32_t kPlacingRounds = 4; // a probe in a corner leaves it through three walls
 constexpr uint32_t kFirstRounds = 3;   // of means, in the first frame
+constexpr uint32_t kRelitFrames = 16;  // after a change of the lights, in which probes spare rays for more turns
 constexpr uint32_t kFollowFrames = 32; // after a change of the scene, for which probes get the whole budget
 
 /// Distance of the outermost planes inside the bounds from the bounds, in steps: walls there have probes at hand.
@@ -93,6 +95,9 @@ void DdgiNode::execute(graph::FrameContext& context) {
     const bool restart = fresh || !grid_.serves(facts.boundsMin, facts.boundsMax);
     const bool changed = lightingRevision_ != facts.lightingRevision;
     lightingRevision_ = facts.lightingRevision;
+    const bool relit = changed && facts.changedLights > 0;
+    const bool sudden = relit && relitFrames_ == 0;
+    relitFrames_ = relit ? kRelitFrames : relitFrames_ - std::min(relitFrames_, 1u);
     if (restart)
         followFrames_ = 0;
     else if (changed)
@@ -110,8 +115,8 @@ void DdgiNode::execute(graph::FrameContext& context) {
             updateProbes(context, shared::kProbeUpdateBounce);
         for (uint32_t i = 0; i < kFirstRounds; ++i) updateProbes(context, shared::kProbeUpdateActive);
     } else {
-        const uint32_t relit = facts.changedLights > 0 ? shared::kProbeUpdateRelit : 0;
-        updateProbes(context, changed ? shared::kProbeUpdateChanged | relit : 0);
+        updateProbes(context, (changed ? shared::kProbeUpdateChanged : 0) | (relit ? shared::kProbeUpdateRelit : 0) |
+                                  (sudden ? shared::kProbeUpdateSudden : 0));
     }
     gather(context);
 }
@@ -127,7 +132,8 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
                           : (flags & shared::kProbeUpdateBounce) != 0                              ? kBounceRays
                                                                                                    : raysPerProbe_;
     const bool wakes = (flags & (shared::kProbeUpdateRestart | shared::kProbeUpdateChanged)) != 0;
-    const bool turns = (flags & ~(shared::kProbeUpdateChanged | shared::kProbeUpdateRelit)) == 0;
+    const bool turns =
+        (flags & ~(shared::kProbeUpdateChanged | shared::kProbeUpdateRelit | shared::kProbeUpdateSudden)) == 0;
 
     shared::ProbeBeginPush begin{};
     begin.frame = context.frame;
@@ -139,7 +145,8 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
     begin.spacing = grid_.spacing();
     begin.steps = grid_.steps;
     begin.counts = grid_.counts;
-    begin.rays = raysPerProbe_;
+    begin.rays = std::min(rays, raysPerProbe_);
+    begin.fewest = relitFrames_ > 0 ? std::min(kFewestRays, raysPerProbe_) : begin.rays;
     begin.budget = turns ? budget : 0;
     begin.restart = (flags & shared::kProbeUpdateRestart) != 0 ? 1 : 0;
     commands.dispatch(context.pipeline({"passes/ddgi/begin.comp", {}, {}}), begin, 1);
@@ -151,12 +158,12 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
     update.turns = resources.address(turns_);
     update.rays = resources.address(rays_);
     update.causticCache = resources.address(causticCache_);
-    update.raysPerProbe = std::min(rays, raysPerProbe_);
+    update.rayCount = begin.rays;
     update.flags = flags;
     update.tolerance = static_cast<float>(context.params.getFloat("ddgi.tolerance"));
     // Groups find the number of probes on the device; those beyond it end at once, and should there be more, they loop.
     const uint32_t probes = grid_.probes();
-    const uint32_t expected = turns ? std::min(probes, 2 * budget / raysPerProbe_ + probes / 16 + 1) : probes;
+    const uint32_t expected = turns ? std::min(probes, 2 * budget / begin.fewest + probes / 16 + 1) : probes;
     if (wakes) {
         commands.dispatch(context.pipeline({"passes/ddgi/wake.comp", {}, {}}), update, probes);
         commands.barrier();
@@ -168,7 +175,7 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
         commands.dispatch(context.pipeline({path, std::move(defines), {}}), update, graph::spread(threads));
         commands.barrier();
     };
-    run("trace", expected * update.raysPerProbe, {{"TL_CAUSTIC_CACHE", causticCache_ ? "1" : "0"}});
+    run("trace", expected * begin.rays, {{"TL_CAUSTIC_CACHE", causticCache_ ? "1" : "0"}});
     run("judge", expected, {});
     run("blend", expected * shared::kSpreadGroupSize, {});
 }

@@ -39,6 +39,7 @@ private:
     uint32_t limit_ = 0;            ///< probes that there is memory for
     uint64_t lightingRevision_ = 0; ///< that they have seen
     uint32_t raysPerProbe_ = 0;
+    uint32_t relitFrames_ = 0;
     uint32_t followFrames_ = 0; ///< for which they still follow a change
 };
 

@@ -48,7 +48,8 @@ struct ProbeVolume {
     uint probeCount;
     uvec3 counts;
     uint selected; // probes that this round updates
-    uint awake;    // probes that did not sleep in the last round
+    uint awake;    // halves of probes that took turns in the last round: one that serves nobody takes every other turn
+    uint rays;     // of each probe in this round
     uint period;   // an awake probe is updated once in so many rounds
 };
 
@@ -85,7 +86,8 @@ struct ProbeBeginPush {
     float spacing;
     vec3 steps;
     uvec3 counts;
-    uint rays;
+    uint rays;    // of each probe
+    uint fewest;  // should there be too many probes for the budget
     uint budget;  // rays of awake probes for each round; 0: all probes
     uint restart; // 1: nothing is known yet
 };
@@ -96,8 +98,8 @@ struct ProbeUpdatePush {
     TL_REF(ProbeTurn) turns; // of this round, in no order
     TL_REF(ProbeRay) rays;
     TL_REF(CausticPatch) causticCache; // with TL_CAUSTIC_CACHE
-    uint raysPerProbe;
-    uint flags; // kProbeUpdate*
+    uint rayCount;                     // of a probe in a round that need not spare them
+    uint flags;                        // kProbeUpdate*
     float tolerance;
 };
 // Which probes a round updates; with none of the first four, those awake take turns.
@@ -107,6 +109,7 @@ TL_CONST uint kProbeUpdateBounce = 4;   // active ones take in one more bounce: 
 TL_CONST uint kProbeUpdateActive = 8;   // active ones
 TL_CONST uint kProbeUpdateChanged = 16; // the scene is another than in the last frame
 TL_CONST uint kProbeUpdateRelit = 32;   // its lights are
+TL_CONST uint kProbeUpdateSudden = 64;  // and had been at rest
 
 struct ProbeGatherPush {
     TL_REF(FrameConstants) frame;

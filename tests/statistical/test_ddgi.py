@@ -188,3 +188,15 @@ def test_voxels_found_empty_without_rays_are_of_no_use(render, stage):
     assert frame["probes"]["updated"] < all_send["probes"]["updated"]
     assert frame["probes"]["active"] == pytest.approx(all_send["probes"]["active"], rel=0.01)
     assert metrics.mean_ratio(own, other) == pytest.approx(1, abs=0.01)
+
+
+def test_probes_follow_a_moving_lamp(tmp_path):
+    """A lamp crosses a room within a second while another fades; the light at the end is that of the end, as seen alone."""
+    means = []
+    for frames in ("1:24", "24"):
+        done = harness.run("render", "--imageWidth", 64, "--imageHeight", 36, *DDGI, "--denoise", "off", "-f", frames,
+                           "--aov", f"indirect={tmp_path / 'indirect.####.pfm'}", harness.CONTENT / "animated.usda",
+                           tmp_path / "out.####.pfm")
+        assert done.status == 0, done.stderr
+        means.append(metrics.read_image(tmp_path / "indirect.0024.pfm").mean())
+    assert means[0] == pytest.approx(means[1], rel=0.12)

@@ -21,9 +21,15 @@ void main() {
     volume.counts = push.counts;
     volume.probeCount = push.counts.x * push.counts.y * push.counts.z;
     volume.selected = 0u;
-    const uint awake = push.restart != 0u ? volume.probeCount : push.volume.v[0].awake;
+    const uint awake = push.restart != 0u ? volume.probeCount : (push.volume.v[0].awake + 1u) / 2u;
     volume.awake = 0u;
-    volume.period = push.budget == 0u ? 1u : max((awake * push.rays + push.budget - 1u) / push.budget, 1u);
+    volume.rays = push.rays;
+    volume.period = 1u;
+    if (push.budget > 0u) {
+        // All probes often with few rays follow the light better than some of them with many.
+        volume.rays = clamp(push.budget / max(awake, 1u) & ~3u, push.fewest, push.rays);
+        volume.period = max((awake * volume.rays + push.budget - 1u) / push.budget, 1u);
+    }
     push.volume.v[0] = volume;
     TL_FRAME.counters.v[kCounterProbes] = volume.probeCount;
     TL_FRAME.counters.v[kCounterProbesActive] = 0u;

@@ -13,9 +13,9 @@ layout(push_constant, scalar) uniform Push { ProbeUpdatePush push; };
 
 layout(local_size_x = 64) in;
 
-// Ray i of the probe whose first is `first`; beyond the last, one that counts for nothing.
-ProbeRay loadRay(uint first, uint i) {
-    if (i < push.raysPerProbe) return push.rays.v[first + i];
+// Ray i of the `count` of a probe, whose first is `first`; beyond the last, one that counts for nothing.
+ProbeRay loadRay(uint first, uint i, uint count) {
+    if (i < count) return push.rays.v[first + i];
     return ProbeRay(vec3(0.0), 0.0, vec3(0.0), 0u);
 }
 
@@ -24,8 +24,8 @@ void blendIrradiance(ProbeVolume volume, ProbeTurn turn, uint firstRay) {
         const uint i = first + gl_SubgroupInvocationID;
         const vec3 normal = probeNodeDirection(i, kProbeIrradianceSide);
         vec4 sum = vec4(0.0); // of radiance and 1, each times the cosine
-        for (uint base = 0u; base < push.raysPerProbe; base += gl_SubgroupSize) {
-            const ProbeRay own = loadRay(firstRay, base + gl_SubgroupInvocationID);
+        for (uint base = 0u; base < volume.rays; base += gl_SubgroupSize) {
+            const ProbeRay own = loadRay(firstRay, base + gl_SubgroupInvocationID, volume.rays);
             for (uint lane = 0u; lane < gl_SubgroupSize; ++lane) {
                 const vec3 direction = subgroupBroadcast(own.direction, lane);
                 const vec3 radiance = subgroupBroadcast(own.radiance, lane);
@@ -49,8 +49,8 @@ void blendDistances(ProbeVolume volume, ProbeTurn turn, uint firstRay) {
         axes[k] = probeNodeDirection(thread + k * stride, kProbeDistanceSide);
         sums[k] = vec3(0.0);
     }
-    for (uint base = 0u; base < push.raysPerProbe; base += gl_SubgroupSize) {
-        const ProbeRay own = loadRay(firstRay, base + gl_SubgroupInvocationID);
+    for (uint base = 0u; base < volume.rays; base += gl_SubgroupSize) {
+        const ProbeRay own = loadRay(firstRay, base + gl_SubgroupInvocationID, volume.rays);
         const float ownDistance = min(own.distance, kProbeFar);
         for (uint lane = 0u; lane < gl_SubgroupSize; ++lane) {
             const vec3 direction = subgroupBroadcast(own.direction, lane);
@@ -73,7 +73,7 @@ void main() {
     ProbeVolume volume = push.volume.v[0];
     for (uint entry = spreadGroup(); entry < volume.selected; entry += gl_NumWorkGroups.x) {
         const ProbeTurn turn = push.turns.v[entry];
-        const uint firstRay = entry * push.raysPerProbe;
+        const uint firstRay = entry * volume.rays;
         if (turn.irradianceWeight > 0.0) blendIrradiance(volume, turn, firstRay);
         if (turn.distanceWeight > 0.0) blendDistances(volume, turn, firstRay);
     }

@@ -39,11 +39,11 @@ struct Surroundings {
     vec3 luminance[2];  // of this round's irradiance along the axes
 };
 
-Surroundings lookAround(uint firstRay, vec3 offset) {
+Surroundings lookAround(uint firstRay, uint rays, vec3 offset) {
     const vec4 none = vec4(0.0, 0.0, 0.0, kProbeRayMissed);
     Surroundings s = Surroundings(0u, 0u, none, none, vec4(-1.0), false, false, vec3[2](vec3(0.0), vec3(0.0)));
     vec3 weights[2] = {vec3(0.0), vec3(0.0)};
-    for (uint i = 0u; i < push.raysPerProbe; ++i) {
+    for (uint i = 0u; i < rays; ++i) {
         const ProbeRay ray = push.rays.v[firstRay + i];
         const vec4 way = vec4(ray.direction, ray.distance);
         const vec3 reach = abs(offset + way.xyz * min(way.w, 4.0));
@@ -89,8 +89,8 @@ vec3 relocated(vec3 offset, vec3 reach, Surroundings s, bool inGeometry) {
 }
 
 // Two-sided: the fast mean against the slow one, by the standard error of their difference. `fresh`, `slow`: luminance along
-// the axes, this round's and the mean's.
-bool lightChanged(inout Probe probe, vec3 fresh[2], vec3 slow[2]) {
+// the axes, this round's and the mean's. `part`: of the rays that variances are told for.
+bool lightChanged(inout Probe probe, float part, vec3 fresh[2], vec3 slow[2]) {
     const float fastWeight = max(kFast, 1.0 / (probe.count + 1.0));
     const float varianceWeight = max(0.1, 1.0 / max(probe.count, 1.0));
     const float errors = kFast / (2.0 - kFast) + kMeanVariance / max(probe.count, kMeanVariance);
@@ -101,11 +101,11 @@ bool lightChanged(inout Probe probe, vec3 fresh[2], vec3 slow[2]) {
     for (uint i = 0u; i < 2u; ++i) {
         // Successive differences: a step of the light enters the variance once.
         if (probe.count > 0.0)
-            probe.variance[i] = mix(probe.variance[i], 0.5 * sqr(fresh[i] - probe.last[i]), varianceWeight);
+            probe.variance[i] = mix(probe.variance[i], 0.5 * part * sqr(fresh[i] - probe.last[i]), varianceWeight);
         probe.last[i] = fresh[i];
         probe.fast[i] = mix(probe.fast[i], fresh[i], fastWeight);
         deviation += sum(sqr(probe.fast[i] - slow[i]));
-        expected += sum(errors * probe.variance[i] + sqr(1e-4 * slow[i]));
+        expected += sum(errors / part * probe.variance[i] + sqr(1e-4 * slow[i]));
     }
     return deviation > bound * expected && probe.count >= 8.0;
 }
@@ -126,17 +126,19 @@ vec3 meanLuminance(ProbeVolume volume, uint index, uint side) {
 }
 
 // Where the probe stands and what it is good for. False: it has moved, and begins anew.
-bool judgePlace(ProbeVolume volume, inout Probe probe, Surroundings s) {
+bool judgePlace(ProbeVolume volume, inout Probe probe, float part, Surroundings s) {
     const vec3 offset = probe.offset / volume.spacing;
     const float backShare = s.hits > 0u ? float(s.backs) / float(s.hits) : 0.0;
-    probe.backShare = mix(probe.backShare, backShare, 1.0 / (probe.seen + 1.0));
+    probe.backShare = mix(probe.backShare, backShare, part / (probe.seen + part));
     if (s.litBack) probe.flags |= kProbeLitBack;
     if (s.nearby) probe.flags |= kProbeNearby;
     const bool inGeometry = probe.backShare > kGeometryShare && (probe.flags & kProbeLitBack) == 0u;
 
     const vec3 reach = kProbeReach * volume.steps / volume.spacing;
     // The first frame's means begin in places that stay: no rounds would follow for a probe that begins anew.
-    const bool moves = probe.moves > 0u && (push.flags & kProbeUpdateActive) == 0u;
+    // Nor do few rays tell one that serves a better place.
+    const bool stays = (push.flags & kProbeUpdateActive) != 0u || (part < 1.0 && (probe.flags & kProbeActive) != 0u);
+    const bool moves = probe.moves > 0u && !stays;
     const vec3 target = moves ? relocated(offset, reach, s, inGeometry && s.backs > 0u) : offset;
     if (target != offset) {
         --probe.moves;
@@ -148,17 +150,18 @@ bool judgePlace(ProbeVolume volume, inout Probe probe, Surroundings s) {
         return false;
     }
     const bool serves = !inGeometry && (probe.flags & kProbeNearby) != 0u;
+    if (serves && (probe.flags & kProbeActive) == 0u) probe.count = 0.0; // its light is that of another place or time
     probe.flags &= kProbeNearby | kProbeLitBack;
     if (serves) probe.flags |= kProbeActive;
     return true;
 }
 
 // Whether the light is another now, and whether enough of it is known. Returns the weight of this round.
-float judgeLight(ProbeVolume volume, uint index, inout Probe probe, vec3 fresh[2]) {
+float judgeLight(ProbeVolume volume, uint index, inout Probe probe, float part, vec3 fresh[2]) {
     vec3 slow[2] = fresh;
     if (probe.count > 0.0)
         for (uint side = 0u; side < 2u; ++side) slow[side] = meanLuminance(volume, index, side);
-    if (lightChanged(probe, fresh, slow)) {
+    if (lightChanged(probe, part, fresh, slow)) {
         probe.count = kCountAfterChange;
         probe.settle = kSettle;
     }
@@ -173,6 +176,7 @@ void main() {
     ProbeVolume volume = push.volume.v[0];
     const bool bounce = (push.flags & kProbeUpdateBounce) != 0u;
     const bool placing = (push.flags & (kProbeUpdateRestart | kProbeUpdateMoved)) != 0u;
+    const float part = float(volume.rays) / float(push.rayCount);
     const uint stride = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
     const uint first = spreadGroup() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     for (uint entry = first; entry < volume.selected; entry += stride) {
@@ -183,19 +187,20 @@ void main() {
         vec3 luminances[2] = {vec3(0.0), vec3(0.0)};
         if (!bounce) {
             if (probe.watch > 0u) --probe.watch;
-            const Surroundings s = lookAround(entry * push.raysPerProbe, probe.offset / volume.spacing);
+            const Surroundings s = lookAround(entry * volume.rays, volume.rays, probe.offset / volume.spacing);
             luminances = s.luminance;
-            stays = judgePlace(volume, probe, s);
+            stays = judgePlace(volume, probe, part, s);
             if (stays) {
-                if (probe.seen < kSeenEnough) turn.distanceWeight = kForget / (probe.seen + kForget);
-                probe.seen += 1.0;
+                if (probe.seen < kSeenEnough)
+                    turn.distanceWeight = probe.seen > 0.0 ? part * kForget / (probe.seen + kForget) : 1.0;
+                probe.seen += part;
             }
         }
         if (bounce || placing) {
             probe.count = 0.0;
             turn.irradianceWeight = 1.0;
         } else if (stays) {
-            turn.irradianceWeight = judgeLight(volume, turn.probe, probe, luminances);
+            turn.irradianceWeight = judgeLight(volume, turn.probe, probe, part, luminances);
         }
         volume.probes.v[turn.probe] = probe;
         push.turns.v[entry] = turn;

@@ -19,14 +19,15 @@ void main() {
     if (index >= volume.probeCount) return;
     const Probe probe = volume.probes.v[index];
     const bool awake = probe.watch > 0u || (probe.flags & (kProbeActive | kProbeConverged)) == kProbeActive;
-    const uint period = awake ? volume.period : kSentinelPeriod;
     const bool serves = (probe.flags & kProbeActive) != 0u;
+    const bool idle = !serves && probe.seen > 0.0;
+    const uint period = awake ? (idle ? 2u : 1u) * volume.period : kSentinelPeriod;
     // One out of use stays so until something changes.
     bool taken = (awake || serves) && (pcg(index) + TL_FRAME.frameIndex) % period == 0u;
     if ((push.flags & (kProbeUpdateRestart | kProbeUpdateMoved)) != 0u)
         taken = (probe.flags & kProbeEmpty) == 0u && probe.seen == 0.0;
     else if ((push.flags & (kProbeUpdateActive | kProbeUpdateBounce)) != 0u) taken = serves;
-    if (awake) atomicAdd(push.volume.v[0].awake, 1u);
+    if (awake) atomicAdd(push.volume.v[0].awake, idle ? 1u : 2u);
     if (serves) atomicAdd(TL_FRAME.counters.v[kCounterProbesActive], 1u);
     if (taken) {
         push.turns.v[atomicAdd(push.volume.v[0].selected, 1u)].probe = index;

@@ -28,15 +28,15 @@ ProbeRay traceProbeRay(vec3 origin, vec3 direction, float spacing, inout Sampler
 
 void main() {
     ProbeVolume volume = push.volume.v[0];
-    const uint total = volume.selected * push.raysPerProbe;
+    const uint total = volume.selected * volume.rays;
     const uint first = spreadGroup() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     for (uint i = first; i < total; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
-        const uint index = push.turns.v[i / push.raysPerProbe].probe;
-        const uint ray = i % push.raysPerProbe;
+        const uint index = push.turns.v[i / volume.rays].probe;
+        const uint ray = i % volume.rays;
         const Probe probe = volume.probes.v[index];
         const vec3 origin = probePosition(volume, probeCoordinates(volume.counts, index), probe);
         const vec3 direction =
-            probeRayRotation(index, probe.updates) * probeLatticeDirection(ray, push.raysPerProbe);
+            probeRayRotation(index, probe.updates) * probeLatticeDirection(ray, volume.rays);
         Sampler rng = probeSampler(index, ray, probe.updates);
         ProbeRay result = traceProbeRay(origin, direction, volume.spacing, rng);
         if (!isFinite(result.radiance)) {

@@ -17,9 +17,12 @@ const uint kWatch = 16u;     // updates for which a change of the scene keeps pr
 const uint kWatchFresh = 8u; // and fresh ones
 const uint kMoves = 6u;      // relocations after a change of the scene
 const float kCountAfterChange = 64.0;
-// When a lamp changes, all light does: means follow quickly for a while, at the price of noise.
-const float kCountRelit = 3.0;
-const float kSeenAfterChange = 8.0;
+// When a lamp changes, all light does: means follow quickly, at the price of noise; the more so where it was at rest before,
+// and where probes wait long for their turns.
+const float kCountRelit = 12.0;
+const float kCountSudden = 3.0;
+const uint kSettleSudden = 6u;
+const float kSeenAfterChange = 2.0;
 
 Probe freshProbe() {
     Probe p;
@@ -52,10 +55,11 @@ void main() {
     volume.probes.v[index].watch = kWatch;
     volume.probes.v[index].moves = kMoves;
     const bool relit = (push.flags & kProbeUpdateRelit) != 0u;
-    const float limit = relit ? kCountRelit : kCountAfterChange;
-    if (relit) volume.probes.v[index].settle = kWatch;
+    const bool sudden = (push.flags & kProbeUpdateSudden) != 0u;
+    float limit = kCountAfterChange;
+    if (relit) limit = sudden ? kCountSudden : max(kCountRelit / float(volume.period), kCountSudden);
+    if (sudden) volume.probes.v[index].settle = kSettleSudden;
     volume.probes.v[index].count = min(volume.probes.v[index].count, limit);
     volume.probes.v[index].seen = min(volume.probes.v[index].seen, kSeenAfterChange);
-    // What stood near may be gone.
-    volume.probes.v[index].flags &= ~(kProbeNearby | kProbeLitBack);
+    volume.probes.v[index].flags &= ~kProbeLitBack; // what it belonged to may be gone
 }
