@@ -96,10 +96,10 @@ void DdgiNode::execute(graph::FrameContext& context) {
     const bool changed = lightingRevision_ != facts.lightingRevision;
     lightingRevision_ = facts.lightingRevision;
     const bool relit = changed && facts.changedLights > 0;
-    const bool sudden = relit && relitFrames_ == 0;
+    const bool roused = changed && followFrames_ == 0;
     relitFrames_ = relit ? kRelitFrames : relitFrames_ - std::min(relitFrames_, 1u);
     if (restart)
-        followFrames_ = 0;
+        followFrames_ = relitFrames_ = 0;
     else if (changed)
         followFrames_ = kFollowFrames;
     else if (followFrames_ > 0)
@@ -116,7 +116,7 @@ void DdgiNode::execute(graph::FrameContext& context) {
         for (uint32_t i = 0; i < kFirstRounds; ++i) updateProbes(context, shared::kProbeUpdateActive);
     } else {
         updateProbes(context, (changed ? shared::kProbeUpdateChanged : 0) | (relit ? shared::kProbeUpdateRelit : 0) |
-                                  (sudden ? shared::kProbeUpdateSudden : 0));
+                                  (roused ? shared::kProbeUpdateRoused : 0));
     }
     gather(context);
 }
@@ -133,7 +133,7 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
                                                                                                    : raysPerProbe_;
     const bool wakes = (flags & (shared::kProbeUpdateRestart | shared::kProbeUpdateChanged)) != 0;
     const bool turns =
-        (flags & ~(shared::kProbeUpdateChanged | shared::kProbeUpdateRelit | shared::kProbeUpdateSudden)) == 0;
+        (flags & ~(shared::kProbeUpdateChanged | shared::kProbeUpdateRelit | shared::kProbeUpdateRoused)) == 0;
 
     shared::ProbeBeginPush begin{};
     begin.frame = context.frame;
@@ -147,8 +147,8 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
     begin.counts = grid_.counts;
     begin.rays = std::min(rays, raysPerProbe_);
     begin.fewest = relitFrames_ > 0 ? std::min(kFewestRays, raysPerProbe_) : begin.rays;
-    begin.budget = turns ? budget : 0;
-    begin.restart = (flags & shared::kProbeUpdateRestart) != 0 ? 1 : 0;
+    begin.budget = turns ? std::max(budget, 1u) : 0;
+    begin.waking = (flags & (shared::kProbeUpdateRestart | shared::kProbeUpdateRoused)) != 0 ? 1 : 0;
     commands.dispatch(context.pipeline({"passes/ddgi/begin.comp", {}, {}}), begin, 1);
     commands.barrier();
 

@@ -35,11 +35,12 @@ static void registerPlugin(trilume::Registry& registry) {
                            "Probe rays a frame, shared by the probes that are awake, while something changes or frames "
                            "are averaged. Fewer settle more slowly.",
                        .least = 2048});
-    registry.addParam({.name = "ddgi.settledShare",
-                       .defaultValue = 0.03125,
-                       .minimum = 0,
-                       .maximum = 1,
-                       .doc = "Share of ddgi.budget that refines the probes of a scene which stands still; 0: none."});
+    registry.addParam(
+        {.name = "ddgi.settledShare",
+         .defaultValue = 0.03125,
+         .minimum = 0,
+         .maximum = 1,
+         .doc = "Share of ddgi.budget that refines the probes of a scene which stands still; 0: hardly any."});
     registry.addParam({.name = "ddgi.bounces",
                        .defaultValue = int64_t{8},
                        .minimum = 0,

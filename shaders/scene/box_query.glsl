@@ -10,11 +10,15 @@
 
 #ifdef TL_TRACER_QUERY
 
+const bool kBoxesAnswer = false;
+
 bool boxIsEmpty(vec3 center, vec3 extent, uint mask) { return false; }
 
 #else
 
 #include "lib/intersect/box.glsl"
+
+const bool kBoxesAnswer = true;
 
 // What is left to visit of a node: its index from bit 4, and a bit for each child whose box the given one meets.
 uint childrenInBox(BvhNodeRef nodes, uint index, vec3 low, vec3 high) {

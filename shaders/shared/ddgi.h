@@ -23,6 +23,7 @@ struct Probe {
     uint flags;      // kProbe*
     float count;     // of updates in the mean irradiance; falls when the light changes
     float seen;      // of updates in the mean distances
+    float spared;    // variance of the rounds in the mean irradiance over that of rounds of all rays
     float backShare; // mean share, of the surfaces met, of unlit ones met from behind
     uint updates;    // since the volume began: indexes sample sequences
     uint watch;      // updates for which it stays awake
@@ -51,6 +52,7 @@ struct ProbeVolume {
     uint awake;    // halves of probes that took turns in the last round: one that serves nobody takes every other turn
     uint rays;     // of each probe in this round
     uint period;   // an awake probe is updated once in so many rounds
+    uint round;    // since the volume began: a frame's index may begin anew with each picture
 };
 
 TL_DECLARE_ALIGNED_REF(ProbeVolume, 8)
@@ -86,10 +88,10 @@ struct ProbeBeginPush {
     float spacing;
     vec3 steps;
     uvec3 counts;
-    uint rays;    // of each probe
-    uint fewest;  // should there be too many probes for the budget
-    uint budget;  // rays of awake probes for each round; 0: all probes
-    uint restart; // 1: nothing is known yet
+    uint rays;   // of each probe
+    uint fewest; // should there be too many probes for the budget
+    uint budget; // rays of awake probes for each round; 0: all probes
+    uint waking; // 1: all probes are awake now, whatever they were
 };
 
 struct ProbeUpdatePush {
@@ -109,7 +111,7 @@ TL_CONST uint kProbeUpdateBounce = 4;   // active ones take in one more bounce: 
 TL_CONST uint kProbeUpdateActive = 8;   // active ones
 TL_CONST uint kProbeUpdateChanged = 16; // the scene is another than in the last frame
 TL_CONST uint kProbeUpdateRelit = 32;   // its lights are
-TL_CONST uint kProbeUpdateSudden = 64;  // and had been at rest
+TL_CONST uint kProbeUpdateRoused = 64;  // and it had been at rest
 
 struct ProbeGatherPush {
     TL_REF(FrameConstants) frame;

@@ -36,7 +36,7 @@ bool mayMeetShape(Parallelepiped box, uint shape) {
                                                 : vec3(0.5, 0.5, 0);
     if (any(greaterThan(abs(box.center), size + box.extent))) return false;
     // Spheres are hollow.
-    return shape != kShapeSphere || abs(length(box.center) - 1) <= length(box.extent);
+    return shape != kShapeSphere || !(abs(length(box.center) - 1) > length(box.extent));
 }
 
 #endif

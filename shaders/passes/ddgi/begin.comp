@@ -21,8 +21,9 @@ void main() {
     volume.counts = push.counts;
     volume.probeCount = push.counts.x * push.counts.y * push.counts.z;
     volume.selected = 0u;
-    const uint awake = push.restart != 0u ? volume.probeCount : (push.volume.v[0].awake + 1u) / 2u;
+    const uint awake = push.waking != 0u ? volume.probeCount : (push.volume.v[0].awake + 1u) / 2u;
     volume.awake = 0u;
+    volume.round = push.waking != 0u ? 0u : push.volume.v[0].round + 1u;
     volume.rays = push.rays;
     volume.period = 1u;
     if (push.budget > 0u) {

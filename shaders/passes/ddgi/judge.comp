@@ -89,11 +89,12 @@ vec3 relocated(vec3 offset, vec3 reach, Surroundings s, bool inGeometry) {
 }
 
 // Two-sided: the fast mean against the slow one, by the standard error of their difference. `fresh`, `slow`: luminance along
-// the axes, this round's and the mean's. `part`: of the rays that variances are told for.
+// the axes, this round's and the mean's. `part`: of a whole round's rays, which variances are told for.
 bool lightChanged(inout Probe probe, float part, vec3 fresh[2], vec3 slow[2]) {
     const float fastWeight = max(kFast, 1.0 / (probe.count + 1.0));
     const float varianceWeight = max(0.1, 1.0 / max(probe.count, 1.0));
-    const float errors = kFast / (2.0 - kFast) + kMeanVariance / max(probe.count, kMeanVariance);
+    const float errors = kFast / (2.0 - kFast) * max(probe.spared, 1.0 / part) +
+                         kMeanVariance / max(probe.count, kMeanVariance) * probe.spared;
     // The axes' mean square deviation, about that of four independent ones: a chance of 0.3% after a change, when to begin
     // anew costs noise only, and of 1e-7 while nothing is known to have changed.
     const float bound = probe.watch > 0u ? 4.0 : 10.0;
@@ -105,7 +106,7 @@ bool lightChanged(inout Probe probe, float part, vec3 fresh[2], vec3 slow[2]) {
         probe.last[i] = fresh[i];
         probe.fast[i] = mix(probe.fast[i], fresh[i], fastWeight);
         deviation += sum(sqr(probe.fast[i] - slow[i]));
-        expected += sum(errors / part * probe.variance[i] + sqr(1e-4 * slow[i]));
+        expected += sum(errors * probe.variance[i] + sqr(1e-4 * slow[i]));
     }
     return deviation > bound * expected && probe.count >= 8.0;
 }
@@ -114,7 +115,7 @@ bool isConverged(Probe probe, vec3 slow[2]) {
     const float variance = max(maxComponent(probe.variance[0]), maxComponent(probe.variance[1]));
     const float brightest = max(maxComponent(slow[0]), maxComponent(slow[1]));
     return probe.count >= kCountConverged &&
-           sqrt(variance * kMeanVariance / probe.count) <= push.tolerance * brightest;
+           sqrt(variance * probe.spared * kMeanVariance / probe.count) <= push.tolerance * brightest;
 }
 
 vec3 meanLuminance(ProbeVolume volume, uint index, uint side) {
@@ -166,6 +167,7 @@ float judgeLight(ProbeVolume volume, uint index, inout Probe probe, float part, 
         probe.settle = kSettle;
     }
     const float weight = kForget / (probe.count + kForget);
+    probe.spared = mix(probe.spared, 1.0 / part, weight);
     if (probe.settle > 0u) --probe.settle;
     else probe.count += 1.0;
     if (isConverged(probe, slow)) probe.flags |= kProbeConverged;

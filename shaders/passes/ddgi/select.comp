@@ -23,7 +23,7 @@ void main() {
     const bool idle = !serves && probe.seen > 0.0;
     const uint period = awake ? (idle ? 2u : 1u) * volume.period : kSentinelPeriod;
     // One out of use stays so until something changes.
-    bool taken = (awake || serves) && (pcg(index) + TL_FRAME.frameIndex) % period == 0u;
+    bool taken = (awake || serves) && (pcg(index) + volume.round) % period == 0u;
     if ((push.flags & (kProbeUpdateRestart | kProbeUpdateMoved)) != 0u)
         taken = (probe.flags & kProbeEmpty) == 0u && probe.seen == 0.0;
     else if ((push.flags & (kProbeUpdateActive | kProbeUpdateBounce)) != 0u) taken = serves;

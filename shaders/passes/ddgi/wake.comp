@@ -16,19 +16,17 @@ layout(local_size_x = 64) in;
 const uint kWatch = 16u;     // updates for which a change of the scene keeps probes awake
 const uint kWatchFresh = 8u; // and fresh ones
 const uint kMoves = 6u;      // relocations after a change of the scene
-const float kCountAfterChange = 64.0;
-// When a lamp changes, all light does: means follow quickly, at the price of noise; the more so where it was at rest before,
-// and where probes wait long for their turns.
-const float kCountRelit = 12.0;
-const float kCountSudden = 3.0;
-const uint kSettleSudden = 6u;
-const float kSeenAfterChange = 2.0;
+const float kCountAfterMotion = 64.0;
+// When a lamp changes, all light does: means follow quickly for a while, at the price of noise.
+const float kCountRelit = 3.0;
+const float kSeenAfterChange = 8.0; // updates, of as many rays as they have now
 
 Probe freshProbe() {
     Probe p;
     p.offset = vec3(0.0);
     p.flags = p.updates = p.settle = 0u;
     p.count = p.seen = p.backShare = 0.0;
+    p.spared = 1.0;
     p.watch = kWatchFresh;
     p.moves = kMoves;
     for (uint i = 0u; i < 2u; ++i) p.fast[i] = p.last[i] = p.variance[i] = vec3(0.0);
@@ -55,11 +53,12 @@ void main() {
     volume.probes.v[index].watch = kWatch;
     volume.probes.v[index].moves = kMoves;
     const bool relit = (push.flags & kProbeUpdateRelit) != 0u;
-    const bool sudden = (push.flags & kProbeUpdateSudden) != 0u;
-    float limit = kCountAfterChange;
-    if (relit) limit = sudden ? kCountSudden : max(kCountRelit / float(volume.period), kCountSudden);
-    if (sudden) volume.probes.v[index].settle = kSettleSudden;
+    const float limit = relit ? kCountRelit : kCountAfterMotion;
+    if (relit) volume.probes.v[index].settle = kWatch;
     volume.probes.v[index].count = min(volume.probes.v[index].count, limit);
-    volume.probes.v[index].seen = min(volume.probes.v[index].seen, kSeenAfterChange);
-    volume.probes.v[index].flags &= ~kProbeLitBack; // what it belonged to may be gone
+    const float part = float(volume.rays) / float(push.rayCount);
+    volume.probes.v[index].seen = min(volume.probes.v[index].seen, part * kSeenAfterChange);
+    // What they belonged to may be gone. Where boxes cannot be asked, only a round of all rays is sure to see it again.
+    volume.probes.v[index].flags &= ~kProbeLitBack;
+    if (!kBoxesAnswer && part == 1.0) volume.probes.v[index].flags &= ~kProbeNearby;
 }

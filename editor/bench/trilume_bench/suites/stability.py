@@ -73,7 +73,9 @@ CASES = {
     **{f"emission {f:g}": _emission(f, f in (1e-5, 1e5)) for f in (1e-5, 1e-2, 1e2, 1e5)},
     "origin 1e4 scene sizes away": Case(BASE, (stages.moved([1e4 * stages.BOX] * 3),), ("base",)),
     "slivers of aspect 1e6": Case(BASE, (stages.slivers(1e6),), ("base",)),
-    "needle triangles": Case(BASE, (stages.needles(200, 1e-6 * stages.BOX),), ("base",)),
+    "base, more seeds": Case(BASE, seeds=SEEDS),
+    # Probes beside needles are awake, and share the rays of the others.
+    "needle triangles": Case(BASE, (stages.needles(200, 1e-6 * stages.BOX),), ("base, more seeds",), seeds=SEEDS),
     "coincident surfaces": Case(BASE, (stages.doubled,), ("base",)),
     "lamp of 1e-2 of the scene": _bulb(1e-2 * stages.BOX),
     "lamp of 1e-6 of the scene": _bulb(1e-6 * stages.BOX, expected=("lamp of 1e-2 of the scene",), bound=5e-3),
