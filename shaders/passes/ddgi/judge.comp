@@ -168,8 +168,11 @@ float judgeLight(ProbeVolume volume, uint index, inout Probe probe, float part, 
     }
     const float weight = kForget / (probe.count + kForget);
     probe.spared = mix(probe.spared, 1.0 / part, weight);
-    if (probe.settle > 0u) --probe.settle;
-    else probe.count += 1.0;
+    probe.count += 1.0;
+    if (probe.settle > 0u) {
+        --probe.settle;
+        probe.count = min(probe.count, kProbeCountSettling);
+    }
     if (isConverged(probe, slow)) probe.flags |= kProbeConverged;
     return weight;
 }

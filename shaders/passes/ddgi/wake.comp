@@ -17,8 +17,6 @@ const uint kWatch = 16u;     // updates for which a change of the scene keeps pr
 const uint kWatchFresh = 8u; // and fresh ones
 const uint kMoves = 6u;      // relocations after a change of the scene
 const float kCountAfterMotion = 64.0;
-// When a lamp changes, all light does: means follow quickly for a while, at the price of noise.
-const float kCountRelit = 3.0;
 const float kSeenAfterChange = 8.0; // updates, of as many rays as they have now
 
 Probe freshProbe() {
@@ -53,7 +51,8 @@ void main() {
     volume.probes.v[index].watch = kWatch;
     volume.probes.v[index].moves = kMoves;
     const bool relit = (push.flags & kProbeUpdateRelit) != 0u;
-    const float limit = relit ? kCountRelit : kCountAfterMotion;
+    // When a lamp changes, all light does: means follow quickly for a while, at the price of noise.
+    const float limit = relit ? kProbeCountSettling : kCountAfterMotion;
     if (relit) volume.probes.v[index].settle = kWatch;
     volume.probes.v[index].count = min(volume.probes.v[index].count, limit);
     const float part = float(volume.rays) / float(push.rayCount);
