@@ -34,8 +34,10 @@ def soak(stage, *words, seed=3, env=None):
 
 
 def test_nothing_drifts_or_grows(command, stage):
-    """By its intervals a soak without fault fails one time in twenty, two do one time in 400."""
-    assert soak(stage) == set() or soak(stage, seed=5) == set()
+    """By its intervals the mean of a soak without fault drifts one time in twenty, that of two one time in 400."""
+    failed = soak(stage)
+    assert failed <= {"drift within 0.1%"}
+    assert not failed or soak(stage, seed=5) == set()
 
 
 def test_views_that_are_kept_are_seen(command, stage):
