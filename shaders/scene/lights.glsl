@@ -10,6 +10,8 @@
 #include "lib/rng.glsl"
 #include "scene/surface.glsl"
 
+const uint kNearbyCandidates = 8u;
+
 // Incident light from one sampled point: radiance / pdfSolidAngle estimates the integral over all lights' directions.
 struct DirectSample {
     vec3 wi;
@@ -68,6 +70,40 @@ DirectSample sampleDirect(vec3 position, inout Sampler rng) {
     const uint index = lightSelect(TL_SCENE.lightAlias, TL_SCENE.lightCount, sampleBits(rng));
     DirectSample d = sampleLight(position, index, sample2D(rng));
     d.pdfSolidAngle *= TL_SCENE.lights.v[index].selection;
+    return d;
+}
+
+// What share of a light's power a surface may get, up to a factor that is the same for all: a guess that is never 0.
+float lightReach(Light light, vec3 position, vec3 normal) {
+    if (lightIsInfinite(light)) return 1.0 / sqr(TL_SCENE.boundsRadius);
+    vec3 way = light.position - position;
+    if (lightIs(light, kLightTriangle)) way += (light.axisU + light.axisV) / 3.0;
+    const float extent = lightExtent(light);
+    const float distance = max(length(way), extent);
+    float cosines = clamp((dot(way, normal) + extent) / distance, 0.05, 1.0);
+    if (lightIs(light, kLightSphere) || lightIs(light, kLightCylinder)) cosines *= 0.25; // they shine to all sides
+    else cosines *= clamp((extent - dot(way, light.normal)) / distance, 0.05, 1.0);
+    return cosines / sqr(distance);
+}
+
+// Like sampleDirect, with the light resampled from several by what they may bring to a surface with this normal: an estimate
+// as unbiased, whose pdfSolidAngle is the reciprocal of the contribution weight (Talbot et al. 2005).
+DirectSample sampleNearbyDirect(vec3 position, vec3 normal, inout Sampler rng) {
+    const bool several = TL_SCENE.lightCount > 1u && (TL_FRAME.flags & kFrameUncompensated) == 0u;
+    const uint candidates = several ? kNearbyCandidates : 1u;
+    float sum = 0.0, chosenReach = 0.0;
+    uint chosen = 0u;
+    for (uint i = 0u; i < candidates; ++i) {
+        const uint index = lightSelect(TL_SCENE.lightAlias, TL_SCENE.lightCount, sampleBits(rng));
+        const float reach = lightReach(TL_SCENE.lights.v[index], position, normal);
+        sum += reach;
+        if (sample1D(rng) * sum < reach) {
+            chosen = index;
+            chosenReach = reach;
+        }
+    }
+    DirectSample d = sampleLight(position, chosen, sample2D(rng));
+    d.pdfSolidAngle *= TL_SCENE.lights.v[chosen].selection * float(candidates) * chosenReach / sum;
     return d;
 }
 

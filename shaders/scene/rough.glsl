@@ -80,7 +80,8 @@ vec3 scatteredCaustic(CausticPatchRef cache, RoughHit hit, vec3 albedo) {
 // All that the surface scatters back along the ray, direct light by one light sample. `direct` is its part in the sum, for
 // those who ask where light falls. TL_CAUSTIC_CACHE: whether there is a cache.
 vec3 scatteredLight(ProbeVolumeRef volume, CausticPatchRef cache, RoughHit hit, inout Sampler rng, out vec3 direct) {
-    direct = sampledDirectLight(hit.shading, false, rng);
+    const DirectSample light = sampleNearbyDirect(hit.shading.surface.position, hit.shading.frame[2], rng);
+    direct = directLight(hit.shading, light, false);
     const vec3 albedo = bsdfSmoothAlbedo(hit.shading.bsdf);
     vec3 sum = direct + scatteredProbeLight(volume, hit.shading, albedo);
 #if TL_CAUSTIC_CACHE

@@ -52,10 +52,9 @@ vec3 evalBsdf(Shading shading, vec3 wi, out float pdfSolidAngle) {
     return crossesRightly(shading, wi, wiLocal.z < 0.0) ? f : vec3(0.0);
 }
 
-// Direct light by one light sample, f L / pdf with visibility. `weighted`: times the power heuristic's weight against
-// BSDF sampling.
-vec3 sampledDirectLight(Shading shading, bool weighted, inout Sampler rng) {
-    const DirectSample d = sampleDirect(shading.surface.position, rng);
+// What a light sample brings, f L / pdf with visibility. `weighted`: times the power heuristic's weight against BSDF
+// sampling.
+vec3 directLight(Shading shading, DirectSample d, bool weighted) {
     if (!(d.pdfSolidAngle > 0.0)) return vec3(0.0);
     float pdfBsdf;
     const vec3 f = evalBsdf(shading, d.wi, pdfBsdf);
@@ -64,6 +63,11 @@ vec3 sampledDirectLight(Shading shading, bool weighted, inout Sampler rng) {
     const vec3 contribution = f * d.radiance * (weight / pdf);
     if (!(maxComponent(contribution) > 0.0)) return vec3(0.0);
     return contribution * visibilityToLight(shading.surface, d.wi, d.distance, d.normal, d.extent);
+}
+
+// Direct light by one light sample.
+vec3 sampledDirectLight(Shading shading, bool weighted, inout Sampler rng) {
+    return directLight(shading, sampleDirect(shading.surface.position, rng), weighted);
 }
 
 #endif
