@@ -56,6 +56,7 @@ struct SceneFacts {
     bool diffuseAlbedo = false; ///< some material reflects diffusely
     bool transparent = false;   ///< some material transmits or is cut out
     bool textured = false;
+    bool rough = false; ///< some material reflects glossily, in a lobe that is no delta
     bool cameraMoved = false;
     bool sceneChanged = false;     ///< anything at all since last frame
     bool geometryChanged = false;  ///< of that, shapes or their places: moved, deformed, added, removed

@@ -463,6 +463,7 @@ void GpuScene::updateFacts(const Draft& draft) {
     facts_.environment = std::any_of(draft.lights.begin(), draft.lights.end(),
                                      [](const LightInput& l) { return l.component->kind == LightKind::Dome; });
     facts_.textured = materials_.textured();
+    facts_.rough = materials_.rough();
     facts_.transparent = materials_.cutouts() || materials_.transmissive();
     facts_.diffuseAlbedo = std::any_of(draft.materialIndices.begin(), draft.materialIndices.end(),
                                        [&](uint32_t material) { return materials_.isDiffuse(material); });

@@ -11,11 +11,13 @@ namespace {
 
 constexpr uint32_t kPlacingRays = 32;
 constexpr uint32_t kBounceRays = 16;
-constexpr uint32_t kFewestRays = 8;    // of a probe while all of them follow a lamp
-constexpr uint32_t kPlacingRounds = 4; // a probe in a corner leaves it through three walls
-constexpr uint32_t kFirstRounds = 3;   // of means, in the first frame
-constexpr uint32_t kRelitFrames = 16;  // after a change of the lights, in which probes spare rays for more turns
-constexpr uint32_t kFollowFrames = 32; // after a change of the scene, for which probes get the whole budget
+constexpr uint32_t kFirstProbes = 4096; // beyond which the first frame's rounds spare rays
+constexpr uint32_t kFewestRays = 8;     // of a probe while all of them follow a lamp
+constexpr uint32_t kPlacingRounds = 4;  // a probe in a corner leaves it through three walls
+constexpr uint32_t kFirstRounds = 3;    // of means, in the first frame
+constexpr uint32_t kRelitFrames = 16;   // after a change of the lights, in which probes spare rays for more turns
+constexpr uint32_t kFollowFrames = 32;  // after a change of the scene, for which probes get the whole budget
+constexpr double kRestPeriod = 8;       // frames of a scene that stands still, at most, of which one updates probes
 
 /// Distance of the outermost planes inside the bounds from the bounds, in steps: walls there have probes at hand.
 constexpr float kInset = 0.06f;
@@ -38,6 +40,12 @@ ProbeGrid outgrown(const ProbeGrid& before, glm::vec3 min, glm::vec3 max, uint32
     const glm::vec3 below = glm::max(before.boundsMin - min, glm::vec3(0));
     const glm::vec3 above = glm::max(max - before.boundsMax, glm::vec3(0));
     return fitProbeGrid(min - glm::min(8.0f * below, room), max + glm::min(8.0f * above, room), limit);
+}
+
+/// Frames whose share of rays is saved for one update: passes that are all but empty cost as much as these rays.
+uint32_t restPeriod(const ParamSet& params) {
+    const double share = params.getFloat("ddgi.settledShare");
+    return static_cast<uint32_t>(std::clamp(1 / std::max(share, 1e-3), 1.0, kRestPeriod));
 }
 
 } // namespace
@@ -87,6 +95,10 @@ void DdgiNode::declare(graph::Builder& builder) {
     turns_ = builder.createBuffer("ddgi.turns", probes * sizeof(shared::ProbeTurn));
     rays_ = builder.createBuffer("ddgi.rays", probes * raysPerProbe_ * sizeof(shared::ProbeRay));
     indirect_ = builder.createPlane("ddgi.indirect", sizeof(glm::vec3));
+    lookups_ = {};
+    if (builder.params().getChoice("ddgi.gather") == "probe")
+        lookups_ = builder.persistentBuffer("ddgi.lookups",
+                                            size_t{builder.width()} * builder.height() * sizeof(shared::ProbeLookup));
 }
 
 void DdgiNode::execute(graph::FrameContext& context) {
@@ -114,23 +126,35 @@ void DdgiNode::execute(graph::FrameContext& context) {
         for (int64_t bounce = context.params.getInt("ddgi.bounces"); bounce > 0; --bounce)
             updateProbes(context, shared::kProbeUpdateBounce);
         for (uint32_t i = 0; i < kFirstRounds; ++i) updateProbes(context, shared::kProbeUpdateActive);
-    } else {
+    } else if (changed || !settled(context) || ++restFrames_ % restPeriod(context.params) == 0) {
         updateProbes(context, (changed ? shared::kProbeUpdateChanged : 0) | (relit ? shared::kProbeUpdateRelit : 0) |
                                   (roused ? shared::kProbeUpdateRoused : 0));
     }
     gather(context);
 }
 
+bool DdgiNode::settled(const graph::FrameContext& context) const {
+    // An average of many frames is as good as what its probes know.
+    return followFrames_ == 0 && context.sampleIndex == 0;
+}
+
 void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
     const auto& resources = context.resources;
     gpu::Commands& commands = context.commands;
-    // An average of many frames is as good as what its probes know.
-    const bool settled = followFrames_ == 0 && context.sampleIndex == 0;
-    const double share = settled ? context.params.getFloat("ddgi.settledShare") : 1.0;
+    const double share =
+        settled(context) ? restPeriod(context.params) * context.params.getFloat("ddgi.settledShare") : 1.0;
     const auto budget = static_cast<uint32_t>(share * static_cast<double>(context.params.getInt("ddgi.budget")));
-    const uint32_t rays = (flags & (shared::kProbeUpdateRestart | shared::kProbeUpdateMoved)) != 0 ? kPlacingRays
-                          : (flags & shared::kProbeUpdateBounce) != 0                              ? kBounceRays
-                                                                                                   : raysPerProbe_;
+    const uint32_t probes = grid_.probes();
+    const auto spared = [&](uint32_t rays) {
+        return std::clamp(rays * kFirstProbes / probes & ~3u, std::min(kFewestRays, rays), rays);
+    };
+    uint32_t rays = raysPerProbe_;
+    if ((flags & (shared::kProbeUpdateRestart | shared::kProbeUpdateMoved)) != 0)
+        rays = kPlacingRays;
+    else if ((flags & shared::kProbeUpdateBounce) != 0)
+        rays = spared(kBounceRays);
+    else if ((flags & shared::kProbeUpdateActive) != 0)
+        rays = spared(raysPerProbe_);
     const bool wakes = (flags & (shared::kProbeUpdateRestart | shared::kProbeUpdateChanged)) != 0;
     const bool turns =
         (flags & ~(shared::kProbeUpdateChanged | shared::kProbeUpdateRelit | shared::kProbeUpdateRoused)) == 0;
@@ -158,11 +182,10 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
     update.turns = resources.address(turns_);
     update.rays = resources.address(rays_);
     update.causticCache = resources.address(causticCache_);
-    update.rayCount = begin.rays;
+    update.rayCount = (flags & shared::kProbeUpdateActive) != 0 ? raysPerProbe_ : begin.rays;
     update.flags = flags;
     update.tolerance = static_cast<float>(context.params.getFloat("ddgi.tolerance"));
     // Groups find the number of probes on the device; those beyond it end at once, and should there be more, they loop.
-    const uint32_t probes = grid_.probes();
     const uint32_t expected = turns ? std::min(probes, 2 * budget / begin.fewest + probes / 16 + 1) : probes;
     if (wakes) {
         commands.dispatch(context.pipeline({"passes/ddgi/wake.comp", {}, {}}), update, probes);
@@ -181,17 +204,32 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
 }
 
 void DdgiNode::gather(graph::FrameContext& context) {
+    const auto& resources = context.resources;
+    const graph::SceneFacts& facts = context.facts;
+    gpu::Commands& commands = context.commands;
     shared::ProbeGatherPush push{};
     push.frame = context.frame;
-    push.points = context.resources.address(points_);
-    push.volume = context.resources.address(volume_);
-    push.causticCache = context.resources.address(causticCache_);
-    push.indirect = context.resources.address(indirect_);
-    const char* final = context.params.getChoice("ddgi.gather") == "final" ? "1" : "0";
-    context.commands.dispatch(
-        context.pipeline(
-            {"passes/ddgi/gather.comp", {{"TL_FINAL", final}, {"TL_CAUSTIC_CACHE", causticCache_ ? "1" : "0"}}, {}}),
-        push, context.width, context.height);
+    push.points = resources.address(points_);
+    push.volume = resources.address(volume_);
+    push.causticCache = resources.address(causticCache_);
+    push.indirect = resources.address(indirect_);
+    push.lookups = resources.address(lookups_);
+    push.turn = shared::kNone;
+    if (lookups_) {
+        const bool standing =
+            settled(context) && !facts.sceneChanged && !facts.cameraMoved && resources.historyValid(lookups_);
+        if (standing) push.turn = standingFrames_++ % shared::kLookupTurns;
+        const uint32_t columns = (context.width + shared::kLookupColumns - 1) / shared::kLookupColumns;
+        const uint32_t rows = (context.height + shared::kLookupRows - 1) / shared::kLookupRows;
+        commands.dispatch(context.pipeline({"passes/ddgi/gather.comp", {}, {}}), push, columns, rows);
+        if (!facts.rough) return;
+        commands.barrier();
+    }
+    const char* final = lookups_ ? "0" : "1";
+    context.commands.dispatch(context.pipeline({"passes/ddgi/gather_rays.comp",
+                                                {{"TL_FINAL", final}, {"TL_CAUSTIC_CACHE", causticCache_ ? "1" : "0"}},
+                                                {}}),
+                              push, context.width, context.height);
 }
 
 } // namespace trilume

@@ -29,18 +29,21 @@ public:
     void execute(graph::FrameContext& context) override;
 
 private:
+    bool settled(const graph::FrameContext& context) const;
     /// One round; `flags`: shared::kProbeUpdate*.
     void updateProbes(graph::FrameContext& context, uint32_t flags);
     void gather(graph::FrameContext& context);
 
     graph::Plane points_, indirect_;
-    graph::Buffer volume_, probes_, irradiance_, distances_, turns_, rays_, causticCache_;
+    graph::Buffer volume_, probes_, irradiance_, distances_, turns_, rays_, lookups_, causticCache_;
     ProbeGrid grid_;                ///< that the probes in memory stand on
     uint32_t limit_ = 0;            ///< probes that there is memory for
     uint64_t lightingRevision_ = 0; ///< that they have seen
     uint32_t raysPerProbe_ = 0;
     uint32_t relitFrames_ = 0;
-    uint32_t followFrames_ = 0; ///< for which they still follow a change
+    uint32_t restFrames_ = 0;     ///< in which probes rested or refined what they knew
+    uint32_t standingFrames_ = 0; ///< in which pixels kept what they were told
+    uint32_t followFrames_ = 0;   ///< for which they still follow a change
 };
 
 } // namespace trilume

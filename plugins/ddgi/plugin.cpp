@@ -12,7 +12,7 @@ static void registerPlugin(trilume::Registry& registry) {
                        .resetsHistory = true});
     registry.addParam(
         {.name = "ddgi.probes",
-         .defaultValue = int64_t{4096},
+         .defaultValue = int64_t{6144},
          .minimum = 125,
          .maximum = 262144,
          .unit = "probes",
@@ -37,10 +37,11 @@ static void registerPlugin(trilume::Registry& registry) {
                        .least = 2048});
     registry.addParam(
         {.name = "ddgi.settledShare",
-         .defaultValue = 0.03125,
+         .defaultValue = 0.015625,
          .minimum = 0,
          .maximum = 1,
-         .doc = "Share of ddgi.budget that refines the probes of a scene which stands still; 0: hardly any."});
+         .doc = "Share of ddgi.budget that refines the probes of a scene which stands still, spent in one of eight "
+                "frames; 0: hardly any."});
     registry.addParam({.name = "ddgi.bounces",
                        .defaultValue = int64_t{8},
                        .minimum = 0,

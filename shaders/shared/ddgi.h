@@ -113,12 +113,29 @@ TL_CONST uint kProbeUpdateChanged = 16; // the scene is another than in the last
 TL_CONST uint kProbeUpdateRelit = 32;   // its lights are
 TL_CONST uint kProbeUpdateRoused = 64;  // and it had been at rest
 
+// What probes told a pixel when it was looked up last, and of which triangle.
+struct ProbeLookup {
+    vec3 radiance; // scattered towards the camera, W/(m^2 sr)
+    uint instance; // kNone: nothing is known
+    uint primitive;
+};
+
+TL_DECLARE_REF(ProbeLookup)
+
+// A thread of the gathering pass has so many pixels; of a picture that stands still, one of them is looked up in each
+// frame.
+TL_CONST uint kLookupColumns = 2;
+TL_CONST uint kLookupRows = 4;
+TL_CONST uint kLookupTurns = 8;
+
 struct ProbeGatherPush {
     TL_REF(FrameConstants) frame;
     TL_REF(VisiblePoint) points;
     TL_REF(ProbeVolume) volume;
     TL_REF(CausticPatch) causticCache; // with TL_CAUSTIC_CACHE
     TL_REF(vec3) indirect;
+    TL_REF(ProbeLookup) lookups;
+    uint turn; // of kLookupTurns: pixels that do not keep what they were told; kNone: all
 };
 
 TL_END

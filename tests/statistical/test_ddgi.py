@@ -54,7 +54,8 @@ def test_closed_furnace(render, tmp_path, gather):
     """Emission 1 and albedo 0.6 everywhere: rho^2 / (1 - rho) of two and more bounces. Light samples of the six walls have a
     standard deviation near 1; 8000 rays a round, and 250 rounds that weigh as 80, leave 0.0013 of it, 2.5 times that with
     all bounces; 64 rays for each of 576 pixels leave 0.005 of one bounce, of which light samples are four tenths."""
-    options = (*DDGI, *FEW, "--warmup", 250, "--spp", 4 if gather == "probe" else 64, "--set", f"ddgi.gather={gather}")
+    options = (*DDGI, *FEW, "--warmup", 250, "--spp", 4 if gather == "probe" else 64, "--set", f"ddgi.gather={gather}",
+               "--set", "ddgi.settledShare=1")
     picture, _ = indirect(render, furnace(tmp_path), *options)
     assert picture.mean() == pytest.approx(0.36 / 0.4, rel=0.01)
     assert metrics.block_means(picture, 6) == pytest.approx(0.36 / 0.4, rel=0.05)
@@ -100,6 +101,43 @@ def test_five_boxes_are_as_bright_as_one(render):
     assert dark.mean() / five.mean() == pytest.approx(0.2, rel=0.03)
 
 
+def test_resampled_lights_bring_what_lights_bring(render, tmp_path):
+    """Probe rays choose among lights by where these stand. Nearly black surfaces leave one bounce of direct light, which one
+    ray of final gather meets: its mean is path tracing's. One in a thousand is left to the probes. Lights of all kinds, near
+    and far, large and small, one of them turned away from all but the floor, one below the horizon of most places."""
+
+    def light(kind, name, place, **inputs):
+        rows = "".join(f"        float inputs:{k} = {v}\n" for k, v in inputs.items())
+        return f"""
+    def {kind} "{name}"
+    {{
+{rows}        double3 xformOp:translate = {place}
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }}
+"""
+    floor = harness.mesh("[(-3, -1, 3), (3, -1, 3), (3, -1, -3), (-3, -1, -3)]", name="Floor")
+    wall = harness.mesh("[(-3.2, -1.3, -2.1), (3.2, -1.3, -2.1), (3.2, 3, -2.1), (-3.2, 3, -2.1)]", name="Wall")
+    shiny = harness.mesh("[(-2, 0.2, -1), (-1, 0.2, -1), (-1, 0.9, -1.3), (-2, 0.9, -1.3)]", name="Panel", material="Glow")
+    stage = harness.write_stage(
+        tmp_path / "lights.usda", harness.CAMERA, floor, wall, shiny, harness.matte(0.03),
+        harness.matte(0.03, 6.0, name="Glow"), light("SphereLight", "Sphere", "(1, 0.5, -1)", radius=0.1, intensity=60),
+        light("RectLight", "Rect", "(0, 2, 0.5)", width=1, height=0.5, intensity=10),
+        light("DiskLight", "Disk", "(-1, -0.4, -1.6)", radius=0.2, intensity=30),
+        light("CylinderLight", "Cylinder", "(0.4, -1.2, -2.6)", radius=0.05, length=1, intensity=50),
+        light("DistantLight", "Sun", "(0, 0, 0)", angle=2, intensity=500),
+        light("DomeLight", "Sky", "(0, 0, 0)", intensity=0.3))
+
+    def pictures(*options):
+        return [indirect(render, stage, "--default-light", "off", "--seed", seed, *options)[0] for seed in range(4)]
+
+    expected = pictures("-t", "pathtrace", "--spp", 1024)
+    found = pictures(*DDGI, "--set", "ddgi.gather=final", "--set", "ddgi.probes=300", "--spp", 256)
+    mean, error = metrics.confidence([p.mean() for p in expected])
+    other, spread = metrics.confidence([p.mean() for p in found])
+    assert np.hypot(error, spread) < 0.01 * mean
+    assert abs(other - mean) < 3.5 * np.hypot(error, spread) + 0.002 * mean
+
+
 # ---- what a scene does not need, and what changes ----------------------------------------------
 
 @pytest.mark.parametrize("parts, reason", [
@@ -136,6 +174,19 @@ def test_converged_probes_sleep(tmp_path):
     # One in 32 of them each frame.
     assert probes[2]["updated"] < 150 * probes[2]["total"] / 24
     assert pictures[2].mean() == pytest.approx(pictures[0].mean(), rel=0.03)
+
+
+def test_what_pixels_keep_while_all_stands_goes_when_the_camera_moves(tmp_path):
+    """Twelve frames from one place, then one from another, where pixels show other places on the same triangles."""
+    moving = camera().replace("xformOp:translate = (0.3, 0.2, 1.5)", "xformOp:translate.timeSamples = "
+                              "{ 1: (0.3, 0.2, 1.5), 2: (-1.5, -1.2, 0.2) }")
+    stage = harness.write_stage(tmp_path / "stage.usda", moving, room(), harness.matte(0.6),
+                                lamp("Lamp", "(-1, 1.2, -1)", " = 20"))
+    options = ("--set", "ddgi.probes=600", "--warmup", 12)
+    before, after = play(tmp_path, stage, "1:2", *options)[0]
+    alone, = play(tmp_path, stage, "2", *options)[0]
+    assert metrics.relmse(before, alone) > 0.03
+    assert metrics.relmse(after, alone) < 0.002
 
 
 def test_light_that_is_switched_off_is_gone_in_a_few_frames(tmp_path):

@@ -1,7 +1,10 @@
-// Light of two or more bounces at the visible points: from the probes there (TL_FINAL 0; rough reflections by a ray), or from
-// the probes where one ray of the BSDF arrives (TL_FINAL 1).
+// Light of two or more bounces that visible points reflect diffusely, from the probes there.
+//
+// Of a picture that stands still each pixel is looked up in one of kLookupTurns frames; in the others it keeps what it was
+// told: a sample of the same pixel as good as a new one. Not what mirrors and glass show, whose noise should not last.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_ballot : require
 
 #include "shared/ddgi.h"
 
@@ -13,50 +16,51 @@ layout(push_constant, scalar) uniform Push { ProbeGatherPush push; };
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// One ray of the lobes that are not deltas; at the first rough surface scattered light by a light sample and the probes.
-vec3 gatherByRay(Shading shading, float footprint, inout Sampler rng) {
-    // Delta lobes were the visibility node's.
-    const float pSkipped = bsdfDeltaProbability(shading.bsdf);
-    vec3 u = sample3D(rng);
-    u.z = min(pSkipped + (1.0 - pSkipped) * u.z, kOneMinusEpsilon);
-    const BsdfSample chosen = bsdfSample(shading.bsdf, shading.woLocal, u);
-    if ((chosen.flags & kBsdfValid) == 0u || (chosen.flags & kBsdfDelta) != 0u) return vec3(0.0);
-    const vec3 direction = shading.frame * chosen.wi;
-    if (!crossesRightly(shading, direction, (chosen.flags & kBsdfTransmission) != 0u)) return vec3(0.0);
-    const Surface s = shading.surface;
-    const RoughHit hit =
-        traceToRough(offsetRayOrigin(s.position, sideTowards(s, direction), s.extent), direction, footprint, rng);
-    if (!hit.found) return vec3(0.0);
-    vec3 direct;
-    return chosen.weight * (1.0 - pSkipped) * scatteredLight(push.volume, push.causticCache, hit, rng, direct);
+// Pixels to look up, each subgroup's together: thread + group size * square.
+shared uint waiting[kLookupTurns * gl_WorkGroupSize.x * gl_WorkGroupSize.y];
+
+// Pixel of a thread in one of the squares of a group.
+uvec2 ownPixel(uint thread, uint square) {
+    const uvec2 place = uvec2(thread % gl_WorkGroupSize.x, thread / gl_WorkGroupSize.x);
+    const uvec2 first = gl_WorkGroupID.xy * uvec2(kLookupColumns, kLookupRows);
+    return (first + uvec2(square % kLookupColumns, square / kLookupColumns)) * gl_WorkGroupSize.xy + place;
 }
 
-vec3 gatherIndirect(VisiblePoint point, inout Sampler rng) {
-    Shading shading = shadeVisiblePoint(point);
-#if TL_FINAL
-    return gatherByRay(shading, point.footprint, rng);
-#else
-    vec3 indirect = scatteredProbeLight(push.volume, shading, bsdfCosineAlbedo(shading.bsdf));
-#if TL_BSDF_ROUGH
-    shading.bsdf = bsdfWithoutCosine(shading.bsdf);
-    if (bsdfHasSmooth(shading.bsdf)) indirect += gatherByRay(shading, point.footprint, rng);
-#endif
-    return indirect;
-#endif
+// Whether a point is of the triangle that the pixel showed when it was looked up.
+bool isKnown(VisiblePoint point, ProbeLookup lookup) {
+    return point.instance != kNone && point.chain == 0u && point.instance == lookup.instance && point.primitive == lookup.primitive;
 }
 
 void main() {
-    const uvec2 pixel = gl_GlobalInvocationID.xy;
-    if (!insideView(pixel)) return;
-    const uint index = pixelIndex(pixel);
-    const VisiblePoint point = push.points.v[index];
-    vec3 indirect = vec3(0.0);
-    if (point.instance != kNone) {
-        Sampler rng = pixelSampler(pixel);
-        // Numbers of its own: those that follow the visible point's are the direct light's.
-        rng.key = pcg(rng.key ^ 0x64646769u);
-        indirect = point.throughput * gatherIndirect(point, rng);
+    const uint threads = gl_WorkGroupSize.x * gl_WorkGroupSize.y;
+    const uint thread = gl_SubgroupID * gl_SubgroupSize + gl_SubgroupInvocationID;
+    const uint first = kLookupTurns * gl_SubgroupID * gl_SubgroupSize;
+    uint count = 0u;
+    for (uint k = 0u; k < kLookupTurns; ++k) {
+        const uvec2 pixel = ownPixel(thread, k);
+        bool waits = false;
+        if (insideView(pixel)) {
+            const uint index = pixelIndex(pixel);
+            const VisiblePoint point = push.points.v[index];
+            const ProbeLookup lookup = push.lookups.v[index];
+            const bool keeps = push.turn != kNone && push.turn != k && isKnown(point, lookup);
+            waits = point.instance != kNone && !keeps;
+            if (!waits) push.indirect.v[index] = keeps ? lookup.radiance : vec3(0.0);
+            if (push.turn == kNone && !waits) push.lookups.v[index].instance = kNone;
+        }
+        const uvec4 ballot = subgroupBallot(waits);
+        if (waits) waiting[first + count + subgroupBallotExclusiveBitCount(ballot)] = thread + threads * k;
+        count += subgroupBallotBitCount(ballot);
     }
-    push.indirect.v[index] = indirect;
-    countRays(rayCount);
+    subgroupBarrier();
+    for (uint i = gl_SubgroupInvocationID; i < count; i += gl_SubgroupSize) {
+        const uint entry = waiting[first + i];
+        const uint index = pixelIndex(ownPixel(entry % threads, entry / threads));
+        const VisiblePoint point = push.points.v[index];
+        const Shading shading = shadeVisiblePoint(point);
+        const vec3 albedo = bsdfCosineAlbedo(shading.bsdf);
+        const vec3 radiance = point.throughput * scatteredProbeLight(push.volume, shading, albedo);
+        push.indirect.v[index] = radiance;
+        push.lookups.v[index] = ProbeLookup(radiance, point.instance, point.primitive);
+    }
 }

@@ -11,7 +11,8 @@ layout(push_constant, scalar) uniform Push { ProbeUpdatePush push; };
 
 layout(local_size_x = 64) in;
 
-const uint kSentinelPeriod = 128u; // rounds between two updates of a sleeping probe
+const uint kSentinelPeriod = 128u; // rounds between two updates of a sleeping probe, at least
+const uint kSentinels = 32u;       // that are updated in a round, at most
 
 void main() {
     const uint index = gl_GlobalInvocationID.x;
@@ -21,14 +22,17 @@ void main() {
     const bool awake = probe.watch > 0u || (probe.flags & (kProbeActive | kProbeConverged)) == kProbeActive;
     const bool serves = (probe.flags & kProbeActive) != 0u;
     const bool idle = !serves && probe.seen > 0.0;
-    const uint period = awake ? (idle ? 2u : 1u) * volume.period : kSentinelPeriod;
+    const uint period = awake ? (idle ? 2u : 1u) * volume.period : max(kSentinelPeriod, volume.probeCount / kSentinels);
     // One out of use stays so until something changes.
     bool taken = (awake || serves) && (pcg(index) + volume.round) % period == 0u;
     if ((push.flags & (kProbeUpdateRestart | kProbeUpdateMoved)) != 0u)
         taken = (probe.flags & kProbeEmpty) == 0u && probe.seen == 0.0;
     else if ((push.flags & (kProbeUpdateActive | kProbeUpdateBounce)) != 0u) taken = serves;
-    if (awake) atomicAdd(push.volume.v[0].awake, idle ? 1u : 2u);
-    if (serves) atomicAdd(TL_FRAME.counters.v[kCounterProbesActive], 1u);
+    const uint halves = subgroupAdd(awake ? (idle ? 1u : 2u) : 0u), serving = subgroupAdd(serves ? 1u : 0u);
+    if (subgroupElect()) {
+        atomicAdd(push.volume.v[0].awake, halves);
+        atomicAdd(TL_FRAME.counters.v[kCounterProbesActive], serving);
+    }
     if (taken) {
         push.turns.v[atomicAdd(push.volume.v[0].selected, 1u)].probe = index;
         atomicAdd(TL_FRAME.counters.v[kCounterProbesUpdated], 1u);
