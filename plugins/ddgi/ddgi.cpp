@@ -12,7 +12,7 @@ namespace {
 constexpr uint32_t kPlacingRays = 32;
 constexpr uint32_t kBounceRays = 16;
 constexpr uint32_t kFirstProbes = 4096; // beyond which the first frame's rounds spare rays
-constexpr uint32_t kFewestRays = 8;     // of a probe while all of them follow a lamp
+constexpr uint32_t kFewestRays = 8;     // of a probe that spares them
 constexpr uint32_t kPlacingRounds = 4;  // a probe in a corner leaves it through three walls
 constexpr uint32_t kFirstRounds = 3;    // of means, in the first frame
 constexpr uint32_t kRelitFrames = 16;   // after a change of the lights, in which probes spare rays for more turns
@@ -111,9 +111,9 @@ void DdgiNode::execute(graph::FrameContext& context) {
     const bool roused = changed && followFrames_ == 0;
     relitFrames_ = relit ? kRelitFrames : relitFrames_ - std::min(relitFrames_, 1u);
     if (restart)
-        followFrames_ = relitFrames_ = 0;
+        followFrames_ = relitFrames_ = restFrames_ = standingFrames_ = 0;
     else if (changed)
-        followFrames_ = kFollowFrames;
+        followFrames_ = std::max(kFollowFrames * grid_.probes() / kFirstProbes, kFollowFrames);
     else if (followFrames_ > 0)
         --followFrames_;
     if (restart)
@@ -216,8 +216,8 @@ void DdgiNode::gather(graph::FrameContext& context) {
     push.lookups = resources.address(lookups_);
     push.turn = shared::kNone;
     if (lookups_) {
-        const bool standing =
-            settled(context) && !facts.sceneChanged && !facts.cameraMoved && resources.historyValid(lookups_);
+        const bool still = context.repeats || !(facts.sceneChanged || facts.cameraMoved);
+        const bool standing = still && settled(context) && resources.historyValid(lookups_);
         if (standing) push.turn = standingFrames_++ % shared::kLookupTurns;
         const uint32_t columns = (context.width + shared::kLookupColumns - 1) / shared::kLookupColumns;
         const uint32_t rows = (context.height + shared::kLookupRows - 1) / shared::kLookupRows;
@@ -226,10 +226,10 @@ void DdgiNode::gather(graph::FrameContext& context) {
         commands.barrier();
     }
     const char* final = lookups_ ? "0" : "1";
-    context.commands.dispatch(context.pipeline({"passes/ddgi/gather_rays.comp",
-                                                {{"TL_FINAL", final}, {"TL_CAUSTIC_CACHE", causticCache_ ? "1" : "0"}},
-                                                {}}),
-                              push, context.width, context.height);
+    commands.dispatch(context.pipeline({"passes/ddgi/gather_rays.comp",
+                                        {{"TL_FINAL", final}, {"TL_CAUSTIC_CACHE", causticCache_ ? "1" : "0"}},
+                                        {}}),
+                      push, context.width, context.height);
 }
 
 } // namespace trilume

@@ -35,13 +35,12 @@ static void registerPlugin(trilume::Registry& registry) {
                            "Probe rays a frame, shared by the probes that are awake, while something changes or frames "
                            "are averaged. Fewer settle more slowly.",
                        .least = 2048});
-    registry.addParam(
-        {.name = "ddgi.settledShare",
-         .defaultValue = 0.015625,
-         .minimum = 0,
-         .maximum = 1,
-         .doc = "Share of ddgi.budget that refines the probes of a scene which stands still, spent in one of eight "
-                "frames; 0: hardly any."});
+    registry.addParam({.name = "ddgi.settledShare",
+                       .defaultValue = 0.03125,
+                       .minimum = 0,
+                       .maximum = 1,
+                       .doc = "Share of ddgi.budget that refines the probes of a scene which stands still, spent in "
+                              "one of up to eight frames; 0: hardly any."});
     registry.addParam({.name = "ddgi.bounces",
                        .defaultValue = int64_t{8},
                        .minimum = 0,
@@ -53,7 +52,7 @@ static void registerPlugin(trilume::Registry& registry) {
                        .minimum = 0,
                        .maximum = 1,
                        .doc = "Standard error, relative, of its irradiance at which a probe goes to sleep; 0: never. "
-                              "Sleepers go on improving, once in 128 frames."});
+                              "Sleepers go on improving, once in 128 rounds or more."});
     registry.addNode({"ddgi", "ddgi", [] { return std::make_unique<trilume::DdgiNode>(); }});
 }
 

@@ -4,6 +4,12 @@
 
 #include "lib/probe.glsl"
 
+// Tells the frame's statistics of the volume.
+void countProbes(ProbeVolumeRef volume) {
+    TL_FRAME.counters.v[kCounterProbes] = volume.v[0].probeCount;
+    TL_FRAME.counters.v[kCounterProbesActive] = volume.v[0].serving;
+}
+
 vec3 probeMapIrradiance(ProbeVolume volume, uint probe, ProbeSquare square) {
     const uint node = probe * kProbeIrradianceNodes + square.node, above = node + kProbeIrradianceSide;
     const vec3 low = mix(volume.irradiance.v[node], volume.irradiance.v[node + 1u], square.f.x);

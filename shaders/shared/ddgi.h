@@ -50,6 +50,7 @@ struct ProbeVolume {
     uvec3 counts;
     uint selected; // probes that this round updates
     uint awake;    // halves of probes that took turns in the last round: one that serves nobody takes every other turn
+    uint serving;  // probes that lookups use
     uint rays;     // of each probe in this round
     uint period;   // an awake probe is updated once in so many rounds
     uint round;    // since the volume began: a frame's index may begin anew with each picture
@@ -126,7 +127,7 @@ TL_DECLARE_REF(ProbeLookup)
 // frame.
 TL_CONST uint kLookupColumns = 2;
 TL_CONST uint kLookupRows = 4;
-TL_CONST uint kLookupTurns = 8;
+TL_CONST uint kLookupTurns = kLookupColumns * kLookupRows;
 
 struct ProbeGatherPush {
     TL_REF(FrameConstants) frame;
@@ -134,8 +135,8 @@ struct ProbeGatherPush {
     TL_REF(ProbeVolume) volume;
     TL_REF(CausticPatch) causticCache; // with TL_CAUSTIC_CACHE
     TL_REF(vec3) indirect;
-    TL_REF(ProbeLookup) lookups;
-    uint turn; // of kLookupTurns: pixels that do not keep what they were told; kNone: all
+    TL_REF(ProbeLookup) lookups; // gather.comp's
+    uint turn; // gather.comp's, of kLookupTurns: pixels that do not keep what they were told; kNone: all
 };
 
 TL_END

@@ -22,7 +22,7 @@ void main() {
     volume.probeCount = push.counts.x * push.counts.y * push.counts.z;
     volume.selected = 0u;
     const uint awake = push.waking != 0u ? volume.probeCount : (push.volume.v[0].awake + 1u) / 2u;
-    volume.awake = 0u;
+    volume.awake = volume.serving = 0u;
     volume.round = push.waking != 0u ? 0u : push.volume.v[0].round + 1u;
     volume.rays = push.rays;
     volume.period = 1u;
@@ -32,6 +32,4 @@ void main() {
         volume.period = max((awake * volume.rays + push.budget - 1u) / push.budget, 1u);
     }
     push.volume.v[0] = volume;
-    TL_FRAME.counters.v[kCounterProbes] = volume.probeCount;
-    TL_FRAME.counters.v[kCounterProbesActive] = 0u;
 }

@@ -26,7 +26,7 @@ uvec2 ownPixel(uint thread, uint square) {
     return (first + uvec2(square % kLookupColumns, square / kLookupColumns)) * gl_WorkGroupSize.xy + place;
 }
 
-// Whether a point is of the triangle that the pixel showed when it was looked up.
+// Whether a point is of the triangle that the pixel showed, without mirrors and glass, when it was looked up.
 bool isKnown(VisiblePoint point, ProbeLookup lookup) {
     return point.instance != kNone && point.chain == 0u && point.instance == lookup.instance && point.primitive == lookup.primitive;
 }
@@ -35,6 +35,7 @@ void main() {
     const uint threads = gl_WorkGroupSize.x * gl_WorkGroupSize.y;
     const uint thread = gl_SubgroupID * gl_SubgroupSize + gl_SubgroupInvocationID;
     const uint first = kLookupTurns * gl_SubgroupID * gl_SubgroupSize;
+    if (gl_GlobalInvocationID.xy == uvec2(0u)) countProbes(push.volume);
     uint count = 0u;
     for (uint k = 0u; k < kLookupTurns; ++k) {
         const uvec2 pixel = ownPixel(thread, k);
@@ -61,6 +62,6 @@ void main() {
         const vec3 albedo = bsdfCosineAlbedo(shading.bsdf);
         const vec3 radiance = point.throughput * scatteredProbeLight(push.volume, shading, albedo);
         push.indirect.v[index] = radiance;
-        push.lookups.v[index] = ProbeLookup(radiance, point.instance, point.primitive);
+        push.lookups.v[index] = ProbeLookup(radiance, point.chain == 0u ? point.instance : kNone, point.primitive);
     }
 }

@@ -34,6 +34,9 @@ vec3 gatherByRay(Shading shading, float footprint, inout Sampler rng) {
 void main() {
     const uvec2 pixel = gl_GlobalInvocationID.xy;
     if (!insideView(pixel)) return;
+#if TL_FINAL
+    if (pixel == uvec2(0u)) countProbes(push.volume);
+#endif
     const uint index = pixelIndex(pixel);
     const VisiblePoint point = push.points.v[index];
     vec3 indirect = TL_FINAL != 0 ? vec3(0.0) : push.indirect.v[index];

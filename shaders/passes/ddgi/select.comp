@@ -12,7 +12,7 @@ layout(push_constant, scalar) uniform Push { ProbeUpdatePush push; };
 layout(local_size_x = 64) in;
 
 const uint kSentinelPeriod = 128u; // rounds between two updates of a sleeping probe, at least
-const uint kSentinels = 32u;       // that are updated in a round, at most
+const uint kSentinels = 32u;       // that are updated in a round, on average, at most
 
 void main() {
     const uint index = gl_GlobalInvocationID.x;
@@ -31,7 +31,7 @@ void main() {
     const uint halves = subgroupAdd(awake ? (idle ? 1u : 2u) : 0u), serving = subgroupAdd(serves ? 1u : 0u);
     if (subgroupElect()) {
         atomicAdd(push.volume.v[0].awake, halves);
-        atomicAdd(TL_FRAME.counters.v[kCounterProbesActive], serving);
+        atomicAdd(push.volume.v[0].serving, serving);
     }
     if (taken) {
         push.turns.v[atomicAdd(push.volume.v[0].selected, 1u)].probe = index;
