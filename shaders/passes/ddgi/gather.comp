@@ -16,14 +16,13 @@ layout(push_constant, scalar) uniform Push { ProbeGatherPush push; };
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// Pixels to look up, each subgroup's together: thread + group size * square.
+// Pixels to look up, each subgroup's together: thread + group size * turn.
 shared uint waiting[kLookupTurns * gl_WorkGroupSize.x * gl_WorkGroupSize.y];
 
-// Pixel of a thread in one of the squares of a group.
-uvec2 ownPixel(uint thread, uint square) {
-    const uvec2 place = uvec2(thread % gl_WorkGroupSize.x, thread / gl_WorkGroupSize.x);
-    const uvec2 first = gl_WorkGroupID.xy * uvec2(kLookupColumns, kLookupRows);
-    return (first + uvec2(square % kLookupColumns, square / kLookupColumns)) * gl_WorkGroupSize.xy + place;
+// Pixel `turn` of a thread's. Neighbours have different turns: squares of one age would show.
+uvec2 ownPixel(uint thread, uint turn) {
+    const uvec2 first = gl_WorkGroupID.xy * gl_WorkGroupSize.xy + uvec2(thread % gl_WorkGroupSize.x, thread / gl_WorkGroupSize.x);
+    return first * uvec2(kLookupColumns, kLookupRows) + uvec2(turn % kLookupColumns, turn / kLookupColumns);
 }
 
 // Whether a point is of the triangle that the pixel showed, without mirrors and glass, when it was looked up.
