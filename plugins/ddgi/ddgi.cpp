@@ -17,7 +17,6 @@ constexpr uint32_t kPlacingRounds = 4;  // a probe in a corner leaves it through
 constexpr uint32_t kFirstRounds = 3;    // of means, in the first frame
 constexpr uint32_t kRelitFrames = 16;   // after a change of the lights, in which probes spare rays for more turns
 constexpr uint32_t kFollowFrames = 32;  // after a change of the scene, for which probes get the whole budget
-constexpr uint32_t kFreshFrames = 12;   // and after the first frame
 constexpr double kRestPeriod = 8;       // frames of a scene that stands still, at most, of which one updates probes
 
 /// Distance of the outermost planes inside the bounds from the bounds, in steps: walls there have probes at hand.
@@ -111,10 +110,9 @@ void DdgiNode::execute(graph::FrameContext& context) {
     const bool relit = changed && facts.changedLights > 0;
     const bool roused = changed && followFrames_ == 0;
     relitFrames_ = relit ? kRelitFrames : relitFrames_ - std::min(relitFrames_, 1u);
-    if (restart) {
-        relitFrames_ = restFrames_ = standingFrames_ = 0;
-        followFrames_ = kFreshFrames;
-    } else if (changed)
+    if (restart)
+        followFrames_ = relitFrames_ = restFrames_ = standingFrames_ = 0;
+    else if (changed)
         followFrames_ = std::max(kFollowFrames * grid_.probes() / kFirstProbes, kFollowFrames);
     else if (followFrames_ > 0)
         --followFrames_;

@@ -34,7 +34,7 @@ static void registerPlugin(trilume::Registry& registry) {
                        .doc =
                            "Probe rays a frame, shared by the probes that are awake, while something changes or frames "
                            "are averaged. Fewer settle more slowly.",
-                       .least = 2048});
+                       .least = 8192});
     registry.addParam({.name = "ddgi.settledShare",
                        .defaultValue = 0.03125,
                        .minimum = 0,
