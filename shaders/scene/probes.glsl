@@ -40,8 +40,8 @@ float probeShare(vec3 x, vec3 own, vec3 others) {
     return share.x * share.y * share.z;
 }
 
-// Sum of the irradiance of the probes of the cell that holds `place`, each times its weight; w: of weights. See below. All
-// places in spacings, from the volume's origin.
+// Sum of the square roots of the irradiance of the probes of the cell that holds `place`, each times its weight; w: of weights.
+// See below. All places in spacings, from the volume's origin.
 vec4 probeCellIrradiance(ProbeVolume volume, vec3 place, vec3 position, vec3 biased, vec3 geometricNormal,
                          ProbeSquare square, uint required) {
     const vec3 steps = volume.steps / volume.spacing;
@@ -70,7 +70,7 @@ vec4 probeCellIrradiance(ProbeVolume volume, vec3 place, vec3 position, vec3 bia
         weight *= probeVisibility(probeMapDistance(volume, index, fromProbe == vec3(0.0) ? geometricNormal : fromProbe), length(fromProbe));
         if (weight < 0.2) weight *= sqr(weight) / 0.04;
         weight *= probeShare(place, center, others);
-        sum += weight * vec4(probeMapIrradiance(volume, index, square), 1.0);
+        sum += weight * vec4(sqrt(probeMapIrradiance(volume, index, square)), 1.0);
     }
     return sum;
 }
@@ -78,7 +78,8 @@ vec4 probeCellIrradiance(ProbeVolume volume, vec3 place, vec3 position, vec3 bia
 // Irradiance, W/m^2, on a surface with shading normal `normal` on the side of unit `wo`: light that at least one surface has
 // scattered. `geometricNormal` is on the same side. Probes count by distance, by whether they lie before the surface, and
 // by whether they see it (Majercik et al. 2019, section 5); where none of the cell serves, those of the next cell along the
-// normal do. `back`: of the back of a surface, which probes know only if they have seen lit ones: the inside of things is
+// normal do. Their square roots are interpolated: irradiance falls with the square of the distance from what it comes from,
+// a convex function, which a chord overestimates; its root is nearer to a line. `back`: of the back of a surface, which probes know only if they have seen lit ones: the inside of things is
 // dark.
 vec3 probeIrradiance(ProbeVolumeRef reference, vec3 position, vec3 geometricNormal, vec3 normal, vec3 wo, bool back) {
     ProbeVolume volume = reference.v[0];
@@ -89,7 +90,7 @@ vec3 probeIrradiance(ProbeVolumeRef reference, vec3 position, vec3 geometricNorm
     vec4 sum = vec4(0.0);
     for (uint cell = 0u; cell < 2u && sum.w == 0.0; ++cell)
         sum = probeCellIrradiance(volume, x + float(cell) * geometricNormal, x, biased, geometricNormal, square, required);
-    return sum.w > 0.0 ? sum.rgb / sum.w : vec3(0.0);
+    return sum.w > 0.0 ? sqr(sum.rgb / sum.w) : vec3(0.0);
 }
 
 #endif
