@@ -52,6 +52,7 @@ public:
         }
         if (entity.index >= sparse_.size()) sparse_.resize(entity.index + 1, Entity::kNone);
         sparse_[entity.index] = static_cast<uint32_t>(values_.size());
+        ++turnover_;
         values_.push_back(std::move(value));
         owners_.push_back(entity);
         changed_.push_back(now);
@@ -61,6 +62,7 @@ public:
     bool erase(Entity entity, Tick now) override {
         const uint32_t slot = slotOf(entity);
         if (slot == Entity::kNone) return false;
+        ++turnover_;
         sparse_[owners_.back().index] = slot;
         sparse_[entity.index] = Entity::kNone;
         values_[slot] = std::move(values_.back());
@@ -82,6 +84,7 @@ public:
     std::span<const Entity> owners() const { return owners_; }
     std::span<const Tick> changed() const { return changed_; }
     std::span<const Removal> removals() const { return removals_; }
+    uint64_t turnover() const { return turnover_; }
 
 private:
     uint32_t slotOf(Entity entity) const {
@@ -95,6 +98,7 @@ private:
     std::vector<Entity> owners_;
     std::vector<Tick> changed_;
     std::vector<Removal> removals_;
+    uint64_t turnover_ = 0;
     bool followed_ = false;
 };
 
@@ -169,6 +173,11 @@ public:
     template<class C>
     size_t count() const {
         return const_cast<World*>(this)->pool<C>().owners().size();
+    }
+    /// How many components of the type were added or removed so far: while it stays, the same entities have one.
+    template<class C>
+    uint64_t turnover() const {
+        return const_cast<World*>(this)->pool<C>().turnover();
     }
     template<class C>
     void trimRemovals(Tick tick) {

@@ -340,14 +340,14 @@ void GpuScene::addLights(Draft& draft) {
     });
 }
 
-std::array<size_t, 6> GpuScene::componentCounts() const {
+std::array<uint64_t, 6> GpuScene::turnovers() const {
     const World& world = scene_.world;
-    return {world.count<MeshInstance>(),   world.count<SphereInstance>(), world.count<Light>(),
-            world.count<WorldTransform>(), world.count<Visibility>(),     world.count<InheritedVisibility>()};
+    return {world.turnover<MeshInstance>(),   world.turnover<SphereInstance>(), world.turnover<Light>(),
+            world.turnover<WorldTransform>(), world.turnover<Visibility>(),     world.turnover<InheritedVisibility>()};
 }
 
 bool GpuScene::onlyTransformsChanged() const {
-    bool others = componentCounts() != counts_; // tells removals; what was added counts as changed
+    bool others = turnovers() != turnovers_;
     const auto note = [&](Entity, const auto&) { others = true; };
     scene_.world.eachChanged<MeshInstance>(*seen_, note);
     scene_.world.eachChanged<SphereInstance>(*seen_, note);
@@ -372,7 +372,9 @@ bool GpuScene::moveInstances() {
     if (lit) return false;
 
     std::vector<std::pair<uint32_t, shared::Instance>> placed;
+    std::vector<uint32_t> indices;
     placed.reserve(moved.size());
+    indices.reserve(moved.size());
     for (const auto& [index, entity] : moved) {
         shared::Instance instance = instances_.values()[index];
         const SphereInstance* sphere = scene_.world.find<SphereInstance>(entity);
@@ -380,8 +382,9 @@ bool GpuScene::moveInstances() {
               sphere ? ballOf(*sphere) : glm::dmat4(1));
         facts_.dynamicInstances += instance.worldFromLocal != instance.previousWorldFromLocal ? 1 : 0;
         placed.emplace_back(index, instance);
+        indices.push_back(index);
     }
-    accel_.setInstances(traced_);
+    accel_.moveInstances(traced_, indices);
     if (instances_.replace(device_, placed)) ++facts_.lightingRevision;
     if (facts_.specularCasters > 0)
         casters_.assign(device_, findCasters(instances_.values(), materialIndices_.values()));
@@ -392,7 +395,7 @@ bool GpuScene::moveInstances() {
 void GpuScene::updateInstances() {
     usedDistributions_.clear();
     instanceOf_.clear();
-    counts_ = {};
+    turnovers_ = {};
     std::erase_if(lightIds_, [&](const auto& entry) {
         return !scene_.world.alive({static_cast<uint32_t>(entry.first), static_cast<uint32_t>(entry.first >> 32)});
     });
@@ -430,7 +433,7 @@ void GpuScene::updateInstances() {
     table_.infiniteLightCount = lights.infiniteCount;
     table_.lightPower = static_cast<float>(lights.power);
     updateTable(bounds);
-    counts_ = componentCounts(); // last: an update that failed is tried again
+    turnovers_ = turnovers(); // last: an update that failed is tried again
 }
 
 void GpuScene::updateTable(const Bounds& bounds) {

@@ -77,7 +77,7 @@ private:
     /// does nothing and returns false.
     bool moveInstances();
     /// How many there are of each kind of component that instances are made from.
-    std::array<size_t, 6> componentCounts() const;
+    std::array<uint64_t, 6> turnovers() const;
     bool onlyTransformsChanged() const;
     void updateTable(const Bounds& bounds);
     void place(shared::Instance& instance, rt::InstanceInput& traced, const WorldTransform& transform,
@@ -140,7 +140,7 @@ private:
 
     std::vector<rt::InstanceInput> traced_; ///< beside instances_
     std::vector<uint32_t> instanceOf_;      ///< by index of the entity: its instance, kNone, or kLit
-    std::array<size_t, 6> counts_{};        ///< componentCounts() at the last updateInstances()
+    std::array<uint64_t, 6> turnovers_{};   ///< at the last updateInstances()
 
     std::vector<gpu::Buffer> retired_; ///< of meshes, in last update
     shared::SceneTable table_{}, previousTable_{};

@@ -84,6 +84,12 @@ struct SceneAccel::State {
         return meshes[id.slot];
     }
 
+    Box boundsOf(const InstanceInput& instance) {
+        Box mesh;
+        if (instance.shape == shared::kShapeMesh && instance.mesh) mesh = at(instance.mesh).bounds;
+        return worldBounds(instance, mesh);
+    }
+
     /// Builds or refits the mesh in `slot`.
     void place(uint32_t slot, std::span<const glm::vec3> positions, bool mayRefit, const Bvh* built = nullptr) {
         const Stopwatch watch;
@@ -165,16 +171,39 @@ void SceneAccel::setInstances(std::span<const InstanceInput> instances) {
     placed.reserve(instances.size());
     for (uint32_t i = 0; i < instances.size(); ++i) {
         const InstanceInput& instance = instances[i];
-        if (i >= state.instances.size() || instance != state.instances[i]) {
-            Box mesh;
-            if (instance.shape == shared::kShapeMesh && instance.mesh) mesh = state.at(instance.mesh).bounds;
-            state.bounds[i] = worldBounds(instance, mesh);
-        }
+        if (i >= state.instances.size() || instance != state.instances[i]) state.bounds[i] = state.boundsOf(instance);
         if (!state.bounds[i].empty() && instance.mask != 0) placed.push_back({i, &instance, state.bounds[i]});
     }
     state.topOutdated = true; // until it is built
     state.instances.assign(instances.begin(), instances.end());
     state.backend->buildTop(placed);
+    state.topOutdated = false;
+    ++state.stats.tlasBuilt;
+    state.stats.buildMs += watch.ms();
+}
+
+void SceneAccel::moveInstances(std::span<const InstanceInput> instances, std::span<const uint32_t> moved) {
+    State& state = *state_;
+    const Stopwatch watch;
+    std::vector<PlacedInstance> placed;
+    bool sameSet = !state.topOutdated;
+    for (const uint32_t i : moved) {
+        if (!sameSet) break;
+        if (instances[i] == state.instances[i]) continue;
+        if (instances[i].mask == 0) { // in no structure; its bounds are found when its mask changes
+            state.instances[i] = instances[i];
+            continue;
+        }
+        placed.push_back({i, &instances[i], state.boundsOf(instances[i])});
+        sameSet = !placed.back().bounds.empty() && !state.bounds[i].empty();
+    }
+    if (sameSet && placed.empty()) return;
+    state.topOutdated = true; // until it is refit
+    if (!sameSet || !state.backend->moveTop(placed)) return setInstances(instances);
+    for (const PlacedInstance& instance : placed) {
+        state.instances[instance.index] = *instance.input;
+        state.bounds[instance.index] = instance.bounds;
+    }
     state.topOutdated = false;
     ++state.stats.tlasBuilt;
     state.stats.buildMs += watch.ms();

@@ -77,6 +77,8 @@ public:
     /// whose transform has no inverse, and meshes without triangles, can't be hit. Throws inputError for more than 4^11
     /// instances.
     void setInstances(std::span<const InstanceInput> instances);
+    /// The same where since then only transforms have changed, and only of the instances at `moved`.
+    void moveInstances(std::span<const InstanceInput> instances, std::span<const uint32_t> moved);
     /// Makes this scene the one that ray queries of the next submission trace: a device knows one at a time.
     /// `previous`: last frame's structure is that before the last update, else this one.
     void use(bool previous = false) const;

@@ -36,6 +36,8 @@ public:
     virtual void remove(uint32_t slot) = 0;
     virtual MeshAccelAddresses addresses(uint32_t slot) const = 0;
     virtual void buildTop(std::span<const PlacedInstance> instances) = 0;
+    /// Of the instances of the last buildTop these have other bounds; false when it is to be called in place of this.
+    virtual bool moveTop(std::span<const PlacedInstance> /*instances*/) { return false; }
     virtual void use(bool previous) = 0;
     virtual VkDeviceAddress topNodes() const = 0;
     virtual VkDeviceAddress topInstances() const = 0;

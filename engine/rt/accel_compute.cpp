@@ -2,6 +2,7 @@
 #include "gpu/device_table.h"
 #include "rt/accel_backend.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace trilume::rt {
@@ -9,6 +10,7 @@ namespace {
 
 /// Refitting goes on while a ray's expected cost stays within this factor of the built structure's.
 constexpr float kDecay = 1.5f;
+constexpr BvhOptions kTopOptions{.maxDepth = shared::kBvhTopDepth, .maxLeafSize = 1};
 
 class ComputeBackend final : public AccelBackend {
 public:
@@ -54,18 +56,15 @@ public:
             boxes.push_back(instance.bounds);
             indices.push_back(instance.index);
         }
-        BvhOptions options;
-        options.maxDepth = shared::kBvhTopDepth;
-        options.maxLeafSize = 1;
         const bool kept = indices == topIndices_ && !indices.empty();
         if (kept) {
             std::vector<uint8_t> moved(boxes.size());
             for (size_t i = 0; i < boxes.size(); ++i) moved[i] = boxes[i] != topBoxes_[i] ? 1 : 0;
-            refitBvh(top_, boxes, options, moved);
+            refitBvh(top_, boxes, kTopOptions, moved);
         }
         topBoxes_ = std::move(boxes);
-        if (!kept || top_.cost > kDecay * builtTopCost_) {
-            top_ = buildBvh(topBoxes_, options, TaskPool::shared());
+        if (!kept || topDecayed()) {
+            top_ = buildBvh(topBoxes_, kTopOptions, TaskPool::shared());
             builtTopCost_ = top_.cost;
             std::vector<uint32_t> order = top_.order;
             for (uint32_t& index : order) index = indices[index];
@@ -73,6 +72,19 @@ public:
             topIndices_ = std::move(indices);
         }
         topNodes_.assign(device_, top_.nodes);
+    }
+
+    bool moveTop(std::span<const PlacedInstance> instances) override {
+        std::vector<uint8_t> moved(topBoxes_.size());
+        for (const PlacedInstance& instance : instances) {
+            const auto place = std::ranges::lower_bound(topIndices_, instance.index) - topIndices_.begin();
+            topBoxes_[place] = instance.bounds;
+            moved[place] = 1;
+        }
+        refitBvh(top_, topBoxes_, kTopOptions, moved);
+        if (topDecayed()) return false;
+        topNodes_.assign(device_, top_.nodes);
+        return true;
     }
 
     void use(bool) override {} // the scene tables name their structures
@@ -90,6 +102,8 @@ private:
         float builtCost = 0.0f;
         Pair nodes, triangles;
     };
+
+    bool topDecayed() const { return top_.cost > kDecay * builtTopCost_; }
 
     void upload(Mesh& m, const MeshInput& mesh) {
         std::vector<shared::LeafTriangle> triangles(m.bvh.order.size());
@@ -119,7 +133,7 @@ private:
     gpu::Device& device_;
     std::vector<Mesh> meshes_;
     Bvh top_;                          ///< over topIndices_
-    std::vector<uint32_t> topIndices_; ///< of the instances that can be hit
+    std::vector<uint32_t> topIndices_; ///< of the instances that can be hit, ascending
     std::vector<Box> topBoxes_;        ///< around them
     float builtTopCost_ = 0.0f;
     gpu::DeviceTable<shared::BvhNode> topNodes_{"top-level BVH"};

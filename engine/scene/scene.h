@@ -1,11 +1,11 @@
 #pragma once
 
 #include "ecs/world.h"
+#include "scene/bounds.h"
 #include "scene/components.h"
 #include "scene/hierarchy.h"
 
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -14,22 +14,6 @@
 #include <vector>
 
 namespace trilume {
-
-struct Bounds {
-    glm::dvec3 min{std::numeric_limits<double>::infinity()};
-    glm::dvec3 max{-std::numeric_limits<double>::infinity()};
-    bool empty() const { return !(min.x <= max.x); }
-    void grow(glm::dvec3 p) {
-        min = glm::min(min, p);
-        max = glm::max(max, p);
-    }
-    void grow(const Bounds& b) {
-        min = glm::min(min, b.min);
-        max = glm::max(max, b.max);
-    }
-    glm::dvec3 center() const { return 0.5 * (min + max); }
-    double radius() const { return empty() ? 0 : 0.5 * glm::length(max - min); }
-};
 
 /// What a stage says about how to render it; flags override.
 struct RenderSettings {
@@ -78,7 +62,7 @@ public:
 
     /// World bounds of visible meshes, spheres and finite lights; points that are not finite don't count. Meshes
     /// contribute the box around their transformed local box. Valid after updateTransforms.
-    Bounds bounds() const;
+    const Bounds& bounds() const { return bounds_.update(*this); }
 
     /// Moves the scene to `timeCode`; without a source it does nothing.
     void setTime(double timeCode);
@@ -90,17 +74,11 @@ public:
     std::unique_ptr<SceneSource> source;
 
 private:
-    struct LocalBounds {
-        uint64_t pointsRevision = 0;
-        Bounds bounds;
-    };
-    const Bounds& localBounds(MeshId id) const;
-
     std::vector<Mesh> meshes_;
     std::vector<Material> materials_;
     std::vector<Texture> textures_;
     Hierarchy hierarchy_;
-    mutable std::vector<LocalBounds> localBounds_; ///< by mesh; found once per revision of its points
+    mutable SceneBounds bounds_; ///< keeps what it measured
 };
 
 /// Whether anything emits: a Light, or a visible mesh or sphere with an emissive material. Valid after

@@ -351,6 +351,46 @@ TEST_P(Trace, DeepTreesFitTheStack) {
     scene.expectAgreement(into);
 }
 
+TEST_P(Trace, MovedInstancesAreRefitThenRebuilt) {
+    Random random(19);
+    const TestMesh sphere = ball(6, 8);
+    Scene scene(GetParam());
+    for (int i = 0; i < 30; ++i) {
+        scene.add(sphere, random.transform(), i % 7 == 3 ? 0u : shared::kMaskAll);
+        scene.add(shared::kShapeSphere, random.transform());
+    }
+    scene.commit();
+    const auto move = [&](std::initializer_list<uint32_t> indices, const auto& place) {
+        scene.accel.beginUpdate();
+        for (const uint32_t i : indices) scene.instances[i].worldFromLocal = place(i);
+        scene.accel.moveInstances(scene.instances, indices);
+    };
+    // The last two can't be hit, by their masks.
+    move({3, 8, 40, 6, 20}, [&](uint32_t) { return random.transform(); });
+    EXPECT_EQ(scene.accel.stats().tlasBuilt, 1u);
+    scene.expectAgreement(rays(1500, 20));
+    EXPECT_EQ(scene.accel.stats().tlasBuilt, 1u) << "nothing is left to do";
+
+    move({3, 8}, [&](uint32_t i) { return scene.instances[i].worldFromLocal; });
+    EXPECT_EQ(scene.accel.stats().tlasBuilt, 0u) << "nobody moved";
+
+    // One without extent can't be hit, then it can.
+    move({5, 9}, [&](uint32_t) { return glm::mat4x3(0.0f); });
+    scene.expectAgreement(rays(1500, 21));
+    move({5, 9}, [&](uint32_t) { return random.transform(); });
+    scene.expectAgreement(rays(1500, 22));
+
+    // What stood together goes anywhere, so that the old topology is worthless.
+    for (rt::InstanceInput& instance : scene.instances) {
+        const auto x = static_cast<float>(&instance - scene.instances.data());
+        instance.worldFromLocal = glm::mat4x3(0.1f);
+        instance.worldFromLocal[3].x = 0.1f * x;
+    }
+    scene.commit();
+    move({0, 1, 2, 3, 4, 5, 50, 51, 52, 53, 54, 55}, [&](uint32_t) { return random.transform(); });
+    scene.expectAgreement(rays(1500, 23));
+}
+
 TEST_P(Trace, DeformingMeshesAreRefitThenRebuilt) {
     Random random(11);
     TestMesh mesh = ball(24, 24);

@@ -269,6 +269,56 @@ TEST(Bounds, CoverVisibleMeshesSpheresAndFiniteLights) {
     EXPECT_EQ(scene.bounds().max.x, 13);
 }
 
+TEST(Bounds, FollowRandomEdits) {
+    Scene scene;
+    const MeshId boxes[2] = {addBox(scene, 1), addBox(scene, 2)};
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> coordinate(-20, 20);
+    const auto somewhere = [&] { return at(coordinate(random), coordinate(random), coordinate(random)); };
+    std::vector<Entity> entities;
+    for (int i = 0; i < 40; ++i) {
+        entities.push_back(scene.createEntity("/e", somewhere()));
+        if (i % 4 < 2) scene.world.add(entities.back(), MeshInstance{boxes[i % 2], {}});
+        if (i % 4 == 2) scene.world.add(entities.back(), SphereInstance{.radius = 1});
+    }
+    World& world = scene.world;
+    for (int step = 0; step < 3000; ++step) {
+        Entity& e = entities[random() % entities.size()];
+        switch (random() % 32) {
+        case 0:
+            world.destroy(e);
+            e = scene.createEntity("/e", somewhere(), random() % 3 == 0 ? entities.front() : Entity{});
+            break;
+        case 1:
+            world.add(e, MeshInstance{boxes[random() % 2], {}});
+            break;
+        case 2:
+            world.remove<MeshInstance>(e);
+            break;
+        case 3:
+            world.add(e, Light{.kind = LightKind::Sphere, .radius = 3});
+            break;
+        case 4:
+            world.remove<Light>(e);
+            break;
+        case 5:
+            world.add(e, Visibility{.visible = random() % 2 == 0});
+            break;
+        case 6:
+            ++scene.editMesh(boxes[0]).pointsRevision;
+            scene.editMesh(boxes[0]).positions[0].x -= 0.1f;
+            break;
+        default:
+            if (world.find<LocalTransform>(e)) move(scene, e, somewhere());
+        }
+        scene.updateTransforms();
+        if (random() % 2 == 0) continue;
+        const Bounds kept = scene.bounds(), fresh = SceneBounds().update(scene);
+        ASSERT_EQ(kept.min, fresh.min) << step;
+        ASSERT_EQ(kept.max, fresh.max) << step;
+    }
+}
+
 TEST(Assets, EditingAMaterialGrowsItsRevision) {
     Scene scene;
     const MaterialId id = scene.addMaterial({.name = "/m"});

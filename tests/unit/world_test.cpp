@@ -100,10 +100,14 @@ TEST(World, AgreesWithAMapUnderRandomEdits) {
     for (int step = 0; step < 5000; ++step) {
         const Entity e = entities[random() % entities.size()];
         const Tick before = world.now();
+        const uint64_t turnover = world.turnover<Health>();
         if (random() % 3 == 0) {
-            EXPECT_EQ(world.remove<Health>(e), expected.erase(e.index) == 1);
+            const bool had = expected.erase(e.index) == 1;
+            EXPECT_EQ(world.remove<Health>(e), had);
+            EXPECT_EQ(world.turnover<Health>() - turnover, had ? 1u : 0u);
         } else {
             world.add(e, Health{step});
+            EXPECT_EQ(world.turnover<Health>() - turnover, expected.contains(e.index) ? 0u : 1u);
             expected[e.index] = step;
             ASSERT_EQ(changedSince<Health>(world, before), std::vector{e});
         }
