@@ -197,14 +197,16 @@ void SceneAccel::moveInstances(std::span<const InstanceInput> instances, std::sp
         placed.push_back({i, &instances[i], state.boundsOf(instances[i])});
         sameSet = !placed.back().bounds.empty() && !state.bounds[i].empty();
     }
-    if (sameSet && placed.empty()) return;
+    if (!sameSet) return setInstances(instances);
+    if (placed.empty()) return;
     state.topOutdated = true; // until it is refit
-    if (!sameSet || !state.backend->moveTop(placed)) return setInstances(instances);
+    const bool refit = state.backend->moveTop(placed);
+    state.topOutdated = false;
+    if (!refit) return setInstances(instances);
     for (const PlacedInstance& instance : placed) {
         state.instances[instance.index] = *instance.input;
         state.bounds[instance.index] = instance.bounds;
     }
-    state.topOutdated = false;
     ++state.stats.tlasBuilt;
     state.stats.buildMs += watch.ms();
 }

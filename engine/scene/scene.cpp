@@ -3,6 +3,7 @@
 #include <utility>
 
 namespace trilume {
+
 MeshId Scene::addMesh(Mesh mesh) {
     meshes_.push_back(std::move(mesh));
     return static_cast<MeshId>(meshes_.size() - 1);

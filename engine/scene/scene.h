@@ -62,7 +62,7 @@ public:
 
     /// World bounds of visible meshes, spheres and finite lights; points that are not finite don't count. Meshes
     /// contribute the box around their transformed local box. Valid after updateTransforms.
-    const Bounds& bounds() const { return bounds_.update(*this); }
+    Bounds bounds() const { return bounds_.update(*this); }
 
     /// Moves the scene to `timeCode`; without a source it does nothing.
     void setTime(double timeCode);
