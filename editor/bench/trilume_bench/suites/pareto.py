@@ -63,9 +63,9 @@ def falling_jobs(bench):
     quick, s = bench.settings.quick, bench.settings
     if s.stages:
         return {}
-    return {("falling", stage, technique): Job("convergence", 12 if quick else 120, {
+    return {("falling", stage, technique): Job("convergence", 12 if quick else 75, {
         "stage": stage, "technique": technique, "size": FALLING_SIZE, "warmup": FALLING_WARMUP, "count": 256 if quick else 2048,
-        "seconds": 1 if quick else 8, "seeds": list(range(s.seed, s.seed + (3 if quick else 5))), "direct": direct})
+        "seconds": 1 if quick else 6, "seeds": list(range(s.seed, s.seed + (3 if quick else 5))), "direct": direct})
         for stage in (QUICK_FALLING_STAGES if quick else FALLING_STAGES) for technique, (direct, _) in FALLING.items()
         if not s.techniques or technique in s.techniques}
 
@@ -136,8 +136,8 @@ def jobs(bench):
                     "stage": scene, "technique": way.technique, "size": SIZE, "warmup": min(way.warmup, 6) if quick else way.warmup,
                     "count": way.start, "seconds": seconds, "seed": seed, "options": way.options, "aovs": way.classes})
             for renderer in OFFLINE:
-                result[renderer, scene, seed] = Job("offline", 6 if quick else 20, {
-                    "stage": scene, "size": SIZE, "seconds": 1 if quick else 8, "seed": seed, "renderer": renderer})
+                result[renderer, scene, seed] = Job("offline", 6 if quick else 25, {
+                    "stage": scene, "size": SIZE, "seconds": 1 if quick else 4, "seed": seed, "renderer": renderer})
     return result
 
 
