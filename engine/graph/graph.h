@@ -62,6 +62,7 @@ struct SceneFacts {
     bool geometryChanged = false;  ///< of that, shapes or their places: moved, deformed, added, removed
     uint64_t lightingRevision = 0; ///< grows with each change of lights, things or materials, not with the camera
     glm::vec3 boundsMin{0}, boundsMax{0}; ///< of everything finite, render space, metres; equal where there is nothing
+    glm::vec3 cameraPosition{0};          ///< render space
 };
 
 /// A node's answer to "are you needed here?"; the reason shows in the stats and the editor: why not, or, of a node that

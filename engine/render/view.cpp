@@ -336,6 +336,7 @@ void View::Impl::syncScene() {
     pictureCamera = now;
     facts = gpuScene.facts();
     facts.cameraMoved = std::memcmp(&previousCamera, &now, sizeof(now)) != 0;
+    facts.cameraPosition = now.position;
     repeats = false;
     followsChange = facts.sceneChanged || facts.cameraMoved;
 }

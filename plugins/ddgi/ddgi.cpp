@@ -1,7 +1,5 @@
 #include "ddgi.h"
 
-#include "shared/ddgi.h"
-
 #include <algorithm>
 #include <cmath>
 
@@ -11,13 +9,17 @@ namespace {
 
 constexpr uint32_t kPlacingRays = 32;
 constexpr uint32_t kBounceRays = 16;
-constexpr uint32_t kFirstProbes = 4096; // beyond which the first frame's rounds spare rays
-constexpr uint32_t kFewestRays = 8;     // of a probe that spares them
-constexpr uint32_t kPlacingRounds = 4;  // a probe in a corner leaves it through three walls
-constexpr uint32_t kFirstRounds = 3;    // of means, in the first frame
-constexpr uint32_t kRelitFrames = 16;   // after a change of the lights, in which probes spare rays for more turns
-constexpr uint32_t kFollowFrames = 32;  // after a change of the scene, for which probes get the whole budget
-constexpr double kRestPeriod = 8;       // frames of a scene that stands still, at most, of which one updates probes
+constexpr uint32_t kFirstProbes = 4096;  // beyond which the first frame's rounds spare rays
+constexpr uint32_t kFewestRays = 8;      // of a probe that spares them
+constexpr uint32_t kPlacingRounds = 4;   // a probe in a corner leaves it through three walls
+constexpr uint32_t kFirstRounds = 3;     // of means, in the first frame
+constexpr uint32_t kScrolledBounces = 4; // of probes that a volume has just come to: their neighbours know the others
+constexpr uint32_t kScrolledRounds = 2;  // of their means
+constexpr uint32_t kScrolledFrames = 8;  // for which they get the whole budget
+constexpr float kRefinement = 4;         // of the spacing, from a volume to the next
+constexpr uint32_t kRelitFrames = 16;    // after a change of the lights, in which probes spare rays for more turns
+constexpr uint32_t kFollowFrames = 32;   // after a change of the scene, for which probes get the whole budget
+constexpr double kRestPeriod = 8;        // frames of a scene that stands still, at most, of which one updates probes
 
 /// Distance of the outermost planes inside the bounds from the bounds, in steps: walls there have probes at hand.
 constexpr float kInset = 0.06f;
@@ -40,6 +42,26 @@ ProbeGrid outgrown(const ProbeGrid& before, glm::vec3 min, glm::vec3 max, uint32
     const glm::vec3 below = glm::max(before.boundsMin - min, glm::vec3(0));
     const glm::vec3 above = glm::max(max - before.boundsMax, glm::vec3(0));
     return fitProbeGrid(min - glm::min(8.0f * below, room), max + glm::min(8.0f * above, room), limit);
+}
+
+constexpr float kFarthest = 1 << 22; // steps from the origin of render space, at which places are still told exactly
+
+/// The first probe of a cube about a place, in steps.
+glm::ivec3 firstAround(glm::vec3 place, float spacing, uint32_t side) {
+    const glm::vec3 first = glm::round(place / spacing - 0.5f * static_cast<float>(side - 1));
+    return glm::ivec3(glm::clamp(first, -kFarthest, kFarthest));
+}
+
+void standAt(ProbeGrid& grid, glm::ivec3 first) {
+    const glm::ivec3 counts(grid.counts);
+    grid.first = first;
+    grid.origin = glm::vec3(first) * grid.steps;
+    grid.scroll = glm::uvec3((first % counts + counts) % counts);
+}
+
+/// Where a scene is looked at.
+glm::vec3 placeOfInterest(const graph::SceneFacts& facts) {
+    return glm::clamp(facts.cameraPosition, facts.boundsMin, facts.boundsMax);
 }
 
 /// Frames whose share of rays is saved for one update: passes that are all but empty cost as much as these rays.
@@ -71,6 +93,21 @@ ProbeGrid fitProbeGrid(glm::vec3 boundsMin, glm::vec3 boundsMax, uint32_t limit)
     return grid;
 }
 
+ProbeGrid probeGridAround(glm::vec3 place, float spacing, uint32_t limit) {
+    uint32_t side = 2;
+    while ((side + 1) * (side + 1) * (side + 1) <= limit) ++side;
+    ProbeGrid grid{.steps = glm::vec3(spacing), .counts = glm::uvec3(side)};
+    standAt(grid, firstAround(place, spacing, side));
+    return grid;
+}
+
+glm::ivec3 followPlace(ProbeGrid& grid, glm::vec3 place) {
+    const glm::ivec3 way = firstAround(place, grid.spacing(), grid.counts.x) - grid.first;
+    const glm::ivec3 shift = glm::sign(way) * glm::max(glm::abs(way) - 1, 0);
+    standAt(grid, grid.first + shift);
+    return shift;
+}
+
 graph::Need DdgiNode::needed(const graph::SceneFacts& facts, const ParamSet& /*params*/) const {
     if (facts.lights == 0) return graph::Need::no("no lights");
     if (!facts.diffuseAlbedo) return graph::Need::no("nothing reflects diffusely");
@@ -80,20 +117,21 @@ graph::Need DdgiNode::needed(const graph::SceneFacts& facts, const ParamSet& /*p
 void DdgiNode::declare(graph::Builder& builder) {
     limit_ = static_cast<uint32_t>(builder.params().getInt("ddgi.probes"));
     raysPerProbe_ = static_cast<uint32_t>(builder.params().getInt("ddgi.rays"));
-    const size_t probes = limit_;
+    count_ = static_cast<uint32_t>(builder.params().getInt("ddgi.volumes"));
+    const size_t probes = size_t{count_} * limit_;
 
     builder.owns(graph::PathClass::Indirect);
     points_ = builder.findPlane("visibility.points");
     builder.read(points_);
     causticCache_ = builder.findBuffer("caustics.cache");
     if (causticCache_) builder.read(causticCache_);
-    volume_ = builder.persistentBuffer("ddgi.volume", sizeof(shared::ProbeVolume));
+    volumes_ = builder.persistentBuffer("ddgi.volumes", count_ * sizeof(shared::ProbeVolume));
     probes_ = builder.persistentBuffer("ddgi.probes", probes * sizeof(shared::Probe));
     irradiance_ =
         builder.persistentBuffer("ddgi.irradiance", probes * shared::kProbeIrradianceNodes * sizeof(glm::vec3));
     distances_ = builder.persistentBuffer("ddgi.distances", probes * shared::kProbeDistanceNodes * sizeof(uint32_t));
-    turns_ = builder.createBuffer("ddgi.turns", probes * sizeof(shared::ProbeTurn));
-    rays_ = builder.createBuffer("ddgi.rays", probes * raysPerProbe_ * sizeof(shared::ProbeRay));
+    turns_ = builder.createBuffer("ddgi.turns", limit_ * sizeof(shared::ProbeTurn));
+    rays_ = builder.createBuffer("ddgi.rays", size_t{limit_} * raysPerProbe_ * sizeof(shared::ProbeRay));
     indirect_ = builder.createPlane("ddgi.indirect", sizeof(glm::vec3));
     lookups_ = {};
     if (builder.params().getChoice("ddgi.gather") == "probe")
@@ -104,71 +142,110 @@ void DdgiNode::declare(graph::Builder& builder) {
 void DdgiNode::execute(graph::FrameContext& context) {
     const graph::SceneFacts& facts = context.facts;
     const bool fresh = !context.resources.historyValid(probes_);
-    const bool restart = fresh || !grid_.serves(facts.boundsMin, facts.boundsMax);
+    const bool restarts = fresh || !grids_[0].serves(facts.boundsMin, facts.boundsMax);
     const bool changed = lightingRevision_ != facts.lightingRevision;
     lightingRevision_ = facts.lightingRevision;
     const bool relit = changed && facts.changedLights > 0;
     const bool roused = changed && followFrames_ == 0;
     relitFrames_ = relit ? kRelitFrames : relitFrames_ - std::min(relitFrames_, 1u);
-    if (restart)
-        followFrames_ = relitFrames_ = restFrames_ = standingFrames_ = 0;
+    scrolledFrames_ -= std::min(scrolledFrames_, 1u);
+    if (restarts)
+        followFrames_ = scrolledFrames_ = relitFrames_ = restFrames_ = standingFrames_ = 0;
     else if (changed)
-        followFrames_ = std::max(kFollowFrames * grid_.probes() / kFirstProbes, kFollowFrames);
+        followFrames_ = std::max(kFollowFrames * probes() / kFirstProbes, kFollowFrames);
     else if (followFrames_ > 0)
         --followFrames_;
-    if (restart)
-        grid_ = fresh ? fitProbeGrid(facts.boundsMin, facts.boundsMax, limit_)
-                      : outgrown(grid_, facts.boundsMin, facts.boundsMax, limit_);
-    if (restart) {
-        // Probes find their places, then many bounces by few rays, then means begin.
-        updateProbes(context, shared::kProbeUpdateRestart);
-        for (uint32_t i = 0; i < kPlacingRounds; ++i) updateProbes(context, shared::kProbeUpdateMoved);
-        for (int64_t bounce = context.params.getInt("ddgi.bounces"); bounce > 0; --bounce)
-            updateProbes(context, shared::kProbeUpdateBounce);
-        for (uint32_t i = 0; i < kFirstRounds; ++i) updateProbes(context, shared::kProbeUpdateActive);
-    } else if (changed || !settled(context) || ++restFrames_ % restPeriod(context.params) == 0) {
-        updateProbes(context, (changed ? shared::kProbeUpdateChanged : 0) | (relit ? shared::kProbeUpdateRelit : 0) |
-                                  (roused ? shared::kProbeUpdateRoused : 0));
+    if (restarts) {
+        grids_[0] = fresh ? fitProbeGrid(facts.boundsMin, facts.boundsMax, limit_)
+                          : outgrown(grids_[0], facts.boundsMin, facts.boundsMax, limit_);
+        restart(context);
+    } else {
+        followCamera(context);
+        if (changed || !settled(context)) {
+            updateVolumes(context, (changed ? shared::kProbeUpdateChanged : 0) |
+                                       (relit ? shared::kProbeUpdateRelit : 0) |
+                                       (roused ? shared::kProbeUpdateRoused : 0));
+        } else if (const uint32_t period = restPeriod(context.params); ++restFrames_ % period == 0) {
+            updateProbes(context, restFrames_ / period % count_, 0);
+        }
     }
     gather(context);
 }
 
-bool DdgiNode::settled(const graph::FrameContext& context) const {
-    // An average of many frames is as good as what its probes know.
-    return followFrames_ == 0 && context.sampleIndex == 0;
+uint32_t DdgiNode::probes() const {
+    uint32_t sum = 0;
+    for (uint32_t volume = 0; volume < count_; ++volume) sum += grids_[volume].probes();
+    return sum;
 }
 
-void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
+void DdgiNode::restart(graph::FrameContext& context) {
+    for (uint32_t volume = 1; volume < count_; ++volume) {
+        const float spacing = grids_[volume - 1].spacing() / kRefinement;
+        grids_[volume] = probeGridAround(placeOfInterest(context.facts), spacing, limit_);
+    }
+    // Probes find their places, then many bounces by few rays, then means begin.
+    updateVolumes(context, shared::kProbeUpdateRestart);
+    for (uint32_t i = 0; i < kPlacingRounds; ++i) updateVolumes(context, shared::kProbeUpdateMoved);
+    for (int64_t bounce = context.params.getInt("ddgi.bounces"); bounce > 0; --bounce)
+        updateVolumes(context, shared::kProbeUpdateBounce);
+    for (uint32_t i = 0; i < kFirstRounds; ++i) updateVolumes(context, shared::kProbeUpdateActive);
+}
+
+void DdgiNode::followCamera(graph::FrameContext& context) {
+    for (uint32_t volume = 1; volume < count_; ++volume) {
+        const glm::ivec3 shift = followPlace(grids_[volume], placeOfInterest(context.facts));
+        if (shift == glm::ivec3(0)) continue;
+        scrolledFrames_ = kScrolledFrames;
+        const auto round = [&](uint32_t flags) { updateProbes(context, volume, flags, shift); };
+        round(shared::kProbeUpdateScrolled | shared::kProbeUpdateMoved);
+        round(shared::kProbeUpdateMoved);
+        for (uint32_t i = 0; i < kScrolledBounces; ++i) round(shared::kProbeUpdateBounce | shared::kProbeUpdateFresh);
+        for (uint32_t i = 0; i < kScrolledRounds; ++i) round(shared::kProbeUpdateFresh);
+    }
+}
+
+void DdgiNode::updateVolumes(graph::FrameContext& context, uint32_t flags) {
+    for (uint32_t volume = 0; volume < count_; ++volume) updateProbes(context, volume, flags);
+}
+
+bool DdgiNode::settled(const graph::FrameContext& context) const {
+    // An average of many frames is as good as what its probes know.
+    return followFrames_ == 0 && scrolledFrames_ == 0 && context.sampleIndex == 0;
+}
+
+void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t volume, uint32_t flags, glm::ivec3 shift) {
     const auto& resources = context.resources;
     gpu::Commands& commands = context.commands;
     const double share =
-        settled(context) ? restPeriod(context.params) * context.params.getFloat("ddgi.settledShare") : 1.0;
+        settled(context) ? restPeriod(context.params) * context.params.getFloat("ddgi.settledShare") : 1.0 / count_;
     const auto budget = static_cast<uint32_t>(share * static_cast<double>(context.params.getInt("ddgi.budget")));
-    const uint32_t probes = grid_.probes();
+    const ProbeGrid& grid = grids_[volume];
     const auto spared = [&](uint32_t rays) {
-        return std::clamp(rays * kFirstProbes / probes & ~3u, std::min(kFewestRays, rays), rays);
+        return std::clamp(rays * kFirstProbes / grid.probes() & ~3u, std::min(kFewestRays, rays), rays);
     };
+    const bool placing = (flags & (shared::kProbeUpdateRestart | shared::kProbeUpdateMoved)) != 0;
+    const bool bounce = (flags & shared::kProbeUpdateBounce) != 0;
+    const bool begins = !bounce && (flags & (shared::kProbeUpdateActive | shared::kProbeUpdateFresh)) != 0;
+    const bool turns = !placing && !bounce && !begins;
     uint32_t rays = raysPerProbe_;
-    if ((flags & (shared::kProbeUpdateRestart | shared::kProbeUpdateMoved)) != 0)
-        rays = kPlacingRays;
-    else if ((flags & shared::kProbeUpdateBounce) != 0)
-        rays = spared(kBounceRays);
-    else if ((flags & shared::kProbeUpdateActive) != 0)
-        rays = spared(raysPerProbe_);
-    const bool wakes = (flags & (shared::kProbeUpdateRestart | shared::kProbeUpdateChanged)) != 0;
-    const bool turns =
-        (flags & ~(shared::kProbeUpdateChanged | shared::kProbeUpdateRelit | shared::kProbeUpdateRoused)) == 0;
+    if (placing) rays = kPlacingRays;
+    if (bounce) rays = spared(kBounceRays);
+    if (begins) rays = spared(raysPerProbe_);
+    const bool wakes =
+        (flags & (shared::kProbeUpdateRestart | shared::kProbeUpdateChanged | shared::kProbeUpdateScrolled)) != 0;
+    const size_t first = size_t{volume} * limit_;
 
     shared::ProbeBeginPush begin{};
     begin.frame = context.frame;
-    begin.volume = resources.address(volume_);
-    begin.probes = resources.address(probes_);
-    begin.irradiance = resources.address(irradiance_);
-    begin.distances = resources.address(distances_);
-    begin.origin = grid_.origin;
-    begin.spacing = grid_.spacing();
-    begin.steps = grid_.steps;
-    begin.counts = grid_.counts;
+    begin.volume = resources.address(volumes_) + volume * sizeof(shared::ProbeVolume);
+    begin.probes = resources.address(probes_) + first * sizeof(shared::Probe);
+    begin.irradiance = resources.address(irradiance_) + first * shared::kProbeIrradianceNodes * sizeof(glm::vec3);
+    begin.distances = resources.address(distances_) + first * shared::kProbeDistanceNodes * sizeof(uint32_t);
+    begin.origin = grid.origin;
+    begin.spacing = grid.spacing();
+    begin.steps = grid.steps;
+    begin.counts = grid.counts;
+    begin.scroll = grid.scroll;
     begin.rays = std::min(rays, raysPerProbe_);
     begin.fewest = relitFrames_ > 0 ? std::min(kFewestRays, raysPerProbe_) : begin.rays;
     begin.budget = turns ? std::max(budget, 1u) : 0;
@@ -179,28 +256,34 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t flags) {
     shared::ProbeUpdatePush update{};
     update.frame = context.frame;
     update.volume = begin.volume;
+    update.volumes = resources.address(volumes_);
     update.turns = resources.address(turns_);
     update.rays = resources.address(rays_);
     update.causticCache = resources.address(causticCache_);
-    update.rayCount = (flags & shared::kProbeUpdateActive) != 0 ? raysPerProbe_ : begin.rays;
+    update.rayCount = begins ? raysPerProbe_ : begin.rays;
     update.flags = flags;
+    update.shift = shift;
+    update.firstProbe = static_cast<uint32_t>(first);
     update.tolerance = static_cast<float>(context.params.getFloat("ddgi.tolerance"));
     // Groups find the number of probes on the device; those beyond it end at once, and should there be more, they loop.
-    const uint32_t expected = turns ? std::min(probes, 2 * budget / begin.fewest + probes / 16 + 1) : probes;
-    if (wakes) {
-        commands.dispatch(context.pipeline({"passes/ddgi/wake.comp", {}, {}}), update, probes);
-        commands.barrier();
+    const uint32_t all = grid.probes();
+    uint32_t expected = all;
+    if (turns) expected = std::min(all, 2 * budget / begin.fewest + all / 16 + 1);
+    if (shift != glm::ivec3(0)) {
+        const glm::uvec3 stay(glm::max(glm::ivec3(grid.counts) - glm::abs(shift), 0));
+        expected = all - stay.x * stay.y * stay.z;
     }
-    commands.dispatch(context.pipeline({"passes/ddgi/select.comp", {}, {}}), update, probes);
-    commands.barrier();
-    const auto run = [&](const char* pass, uint32_t threads, std::vector<std::pair<std::string, std::string>> defines) {
-        const std::string path = std::string("passes/ddgi/") + pass + ".comp";
-        commands.dispatch(context.pipeline({path, std::move(defines), {}}), update, graph::spread(threads));
+    using Defines = std::vector<std::pair<std::string, std::string>>;
+    const auto run = [&](std::string_view pass, uint32_t threads, Defines defines = {}) {
+        const std::string path = "passes/ddgi/" + std::string(pass) + ".comp";
+        commands.dispatch(context.pipeline({path, std::move(defines), {}}), update, threads);
         commands.barrier();
     };
-    run("trace", expected * begin.rays, {{"TL_CAUSTIC_CACHE", causticCache_ ? "1" : "0"}});
-    run("judge", expected, {});
-    run("blend", expected * shared::kSpreadGroupSize, {});
+    if (wakes) run("wake", all, {volumesDefine()});
+    run("select", all);
+    run("trace", graph::spread(expected * begin.rays), {volumesDefine(), cacheDefine()});
+    run("judge", graph::spread(expected));
+    run("blend", graph::spread(expected * shared::kSpreadGroupSize));
 }
 
 void DdgiNode::gather(graph::FrameContext& context) {
@@ -210,7 +293,7 @@ void DdgiNode::gather(graph::FrameContext& context) {
     shared::ProbeGatherPush push{};
     push.frame = context.frame;
     push.points = resources.address(points_);
-    push.volume = resources.address(volume_);
+    push.volumes = resources.address(volumes_);
     push.causticCache = resources.address(causticCache_);
     push.indirect = resources.address(indirect_);
     push.lookups = resources.address(lookups_);
@@ -221,15 +304,22 @@ void DdgiNode::gather(graph::FrameContext& context) {
         if (standing) push.turn = standingFrames_++ % shared::kLookupTurns;
         const uint32_t columns = (context.width + shared::kLookupColumns - 1) / shared::kLookupColumns;
         const uint32_t rows = (context.height + shared::kLookupRows - 1) / shared::kLookupRows;
-        commands.dispatch(context.pipeline({"passes/ddgi/gather.comp", {}, {}}), push, columns, rows);
+        commands.dispatch(context.pipeline({"passes/ddgi/gather.comp", {volumesDefine()}, {}}), push, columns, rows);
         if (!facts.rough) return;
         commands.barrier();
     }
-    const char* final = lookups_ ? "0" : "1";
-    commands.dispatch(context.pipeline({"passes/ddgi/gather_rays.comp",
-                                        {{"TL_FINAL", final}, {"TL_CAUSTIC_CACHE", causticCache_ ? "1" : "0"}},
-                                        {}}),
-                      push, context.width, context.height);
+    commands.dispatch(
+        context.pipeline(
+            {"passes/ddgi/gather_rays.comp", {{"TL_FINAL", lookups_ ? "0" : "1"}, volumesDefine(), cacheDefine()}, {}}),
+        push, context.width, context.height);
+}
+
+std::pair<std::string, std::string> DdgiNode::volumesDefine() const {
+    return {"TL_PROBE_VOLUMES", std::to_string(count_)};
+}
+
+std::pair<std::string, std::string> DdgiNode::cacheDefine() const {
+    return {"TL_CAUSTIC_CACHE", causticCache_ ? "1" : "0"};
 }
 
 } // namespace trilume

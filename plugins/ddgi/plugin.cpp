@@ -16,9 +16,19 @@ static void registerPlugin(trilume::Registry& registry) {
          .minimum = 125,
          .maximum = 262144,
          .unit = "probes",
-         .doc = "Probes at most; the spacing follows from it and from the scene's bounds. Fewer blur more.",
+         .doc = "Probes of a grid at most; its spacing follows from it and from the scene's bounds. Fewer blur more.",
          .cost = ParamCost::Structural,
          .resetsHistory = true});
+    registry.addParam({.name = "ddgi.volumes",
+                       .defaultValue = int64_t{1},
+                       .minimum = 1,
+                       .maximum = int64_t{trilume::shared::kProbeVolumes},
+                       .unit = "grids",
+                       .doc =
+                           "Grids of probes: one fits the scene, and each of the others, which follow the camera, is "
+                           "four times finer than the one before. For large scenes with small rooms.",
+                       .cost = ParamCost::Structural,
+                       .resetsHistory = true});
     registry.addParam({.name = "ddgi.rays",
                        .defaultValue = int64_t{64},
                        .minimum = 16,

@@ -7,6 +7,10 @@
 #include "lib/sampling.glsl"
 #include "shared/ddgi.h"
 
+#ifndef TL_PROBE_VOLUMES
+#define TL_PROBE_VOLUMES 1 // how many there are; the first fits the scene, each of the others is finer than the one before
+#endif
+
 const float kProbeNormalBias = 0.15; // of the lookup's position, in spacings
 const float kProbeViewBias = 0.05;
 // What probes serve lies so near their grid points along all axes, in spacings: a point is served by the probes of its cell,
@@ -81,9 +85,24 @@ float probeVisibility(vec2 moments, float d) {
     return max(bound * bound * bound, 0.05);
 }
 
-uint probeIndex(uvec3 counts, uvec3 c) { return c.x + counts.x * (c.y + counts.y * c.z); }
-uvec3 probeCoordinates(uvec3 counts, uint index) {
-    return uvec3(index % counts.x, index / counts.x % counts.y, index / (counts.x * counts.y));
+// Place in memory of the probe at coordinates `c` of the grid, along each axis.
+uvec3 probeSlot(ProbeVolume volume, uvec3 c) {
+#if TL_PROBE_VOLUMES > 1
+    c += volume.scroll;
+    return mix(c, c - volume.counts, greaterThanEqual(c, volume.counts));
+#else
+    return c;
+#endif
+}
+uint probeIndex(uvec3 counts, uvec3 slot) { return slot.x + counts.x * (slot.y + counts.y * slot.z); }
+uvec3 probeCoordinates(ProbeVolume volume, uint index) {
+    const uvec3 counts = volume.counts;
+    const uvec3 slot = uvec3(index % counts.x, index / counts.x % counts.y, index / (counts.x * counts.y));
+#if TL_PROBE_VOLUMES > 1
+    return mix(slot - volume.scroll, slot + counts - volume.scroll, lessThan(slot, volume.scroll));
+#else
+    return slot;
+#endif
 }
 
 #endif

@@ -1,13 +1,19 @@
-// Irradiance by interpolation between probes; see plugins/ddgi/README.md. Any pass that has read `ddgi.volume` may call it.
+// Irradiance by interpolation between probes; see plugins/ddgi/README.md. Any pass that has read `ddgi.volumes` may call it,
+// and is compiled with TL_PROBE_VOLUMES as it is there, the parameter `ddgi.volumes`.
 #ifndef TL_SCENE_PROBES_GLSL
 #define TL_SCENE_PROBES_GLSL
 
 #include "lib/probe.glsl"
 
-// Tells the frame's statistics of the volume.
-void countProbes(ProbeVolumeRef volume) {
-    TL_FRAME.counters.v[kCounterProbes] = volume.v[0].probeCount;
-    TL_FRAME.counters.v[kCounterProbesActive] = volume.v[0].serving;
+// Tells the frame's statistics of the volumes.
+void countProbes(ProbeVolumeRef volumes) {
+    uint probes = 0u, serving = 0u;
+    for (uint k = 0u; k < TL_PROBE_VOLUMES; ++k) {
+        probes += volumes.v[k].probeCount;
+        serving += volumes.v[k].serving;
+    }
+    TL_FRAME.counters.v[kCounterProbes] = probes;
+    TL_FRAME.counters.v[kCounterProbesActive] = serving;
 }
 
 vec3 probeMapIrradiance(ProbeVolume volume, uint probe, ProbeSquare square) {
@@ -46,21 +52,21 @@ vec4 probeCellIrradiance(ProbeVolume volume, vec3 place, vec3 position, vec3 bia
                          ProbeSquare square, uint required) {
     const vec3 steps = volume.steps / volume.spacing;
     const uvec3 base = uvec3(clamp(place / steps, vec3(0.0), vec3(volume.counts) - 2.0));
-    const uint first = probeIndex(volume.counts, base);
-    const uvec3 strides = uvec3(1u, volume.counts.x, volume.counts.x * volume.counts.y);
+    const uvec3 slots[2] = {probeSlot(volume, base), probeSlot(volume, base + 1u)};
+    uint indices[8];
     vec3 positions[8];
     uint serving = 0u;
     [[unroll]] for (uint corner = 0u; corner < 8u; ++corner) {
         const uvec3 side = uvec3(corner, corner >> 1, corner >> 2) & 1u;
-        const Probe probe = volume.probes.v[first + side.x * strides.x + side.y * strides.y + side.z * strides.z];
+        indices[corner] = probeIndex(volume.counts, uvec3(slots[side.x].x, slots[side.y].y, slots[side.z].z));
+        const Probe probe = volume.probes.v[indices[corner]];
         positions[corner] = vec3(base + side) * steps + probe.offset / volume.spacing;
         if ((probe.flags & required) == required) serving |= 1u << corner;
     }
     vec4 sum = vec4(0.0);
     [[unroll]] for (uint corner = 0u; corner < 8u; ++corner) {
         if ((serving >> corner & 1u) == 0u) continue;
-        const uvec3 side = uvec3(corner, corner >> 1, corner >> 2) & 1u;
-        const uint index = first + side.x * strides.x + side.y * strides.y + side.z * strides.z;
+        const uint index = indices[corner];
         const vec3 center = positions[corner];
         const vec3 others = vec3(positions[corner ^ 1u].x, positions[corner ^ 2u].y, positions[corner ^ 4u].z);
         const vec3 toProbe = center - position;
@@ -75,22 +81,44 @@ vec4 probeCellIrradiance(ProbeVolume volume, vec3 place, vec3 position, vec3 bia
     return sum;
 }
 
-// Irradiance, W/m^2, on a surface with shading normal `normal` on the side of unit `wo`: light that at least one surface has
-// scattered. `geometricNormal` is on the same side. Probes count by distance, by whether they lie before the surface, and
-// by whether they see it (Majercik et al. 2019, section 5); where none of the cell serves, those of the next cell along the
-// normal do. Their square roots are interpolated: irradiance falls with the square of the distance from what it comes from,
-// a convex function, which a chord overestimates; its root is nearer to a line. `back`: of the back of a surface, which probes know only if they have seen lit ones: the inside of things is
-// dark.
-vec3 probeIrradiance(ProbeVolumeRef reference, vec3 position, vec3 geometricNormal, vec3 normal, vec3 wo, bool back) {
-    ProbeVolume volume = reference.v[0];
-    const ProbeSquare square = probeSquare(normal, kProbeIrradianceSide);
+// Irradiance as probeIrradiance tells it, from one volume; w: whether it knows any.
+vec4 probeVolumeIrradiance(ProbeVolume volume, vec3 position, vec3 geometricNormal, ProbeSquare square, vec3 wo, bool back) {
     const vec3 x = (position - volume.origin) / volume.spacing;
     const vec3 biased = x + kProbeNormalBias * geometricNormal + kProbeViewBias * wo;
     const uint required = back ? kProbeActive | kProbeLitBack : kProbeActive;
     vec4 sum = vec4(0.0);
     for (uint cell = 0u; cell < 2u && sum.w == 0.0; ++cell)
         sum = probeCellIrradiance(volume, x + float(cell) * geometricNormal, x, biased, geometricNormal, square, required);
-    return sum.w > 0.0 ? sqr(sum.rgb / sum.w) : vec3(0.0);
+    return sum.w > 0.0 ? vec4(sqr(sum.rgb / sum.w), 1.0) : vec4(0.0);
+}
+
+// Falls from 1 to 0 within the outermost cells of a volume.
+float probeVolumeShare(ProbeVolume volume, vec3 position) {
+    const vec3 x = (position - volume.origin) / volume.steps;
+    const vec3 inside = min(x, vec3(volume.counts) - 1.0 - x);
+    return clamp(min(inside.x, min(inside.y, inside.z)), 0.0, 1.0);
+}
+
+// Irradiance, W/m^2, on a surface with shading normal `normal` on the side of unit `wo`: light that at least one surface has
+// scattered. `geometricNormal` is on the same side. Probes count by distance, by whether they lie before the surface, and
+// by whether they see it (Majercik et al. 2019, section 5); where none of the cell serves, those of the next cell along the
+// normal do. Their square roots are interpolated: irradiance falls with the square of the distance from what it comes from,
+// a convex function, which a chord overestimates; its root is nearer to a line. Of several volumes the finest that knows the
+// point counts, and less so in its outermost cells. `back`: of the back of a surface, which probes know only if they have
+// seen lit ones: the inside of things is dark.
+vec3 probeIrradiance(ProbeVolumeRef volumes, vec3 position, vec3 geometricNormal, vec3 normal, vec3 wo, bool back) {
+    const ProbeSquare square = probeSquare(normal, kProbeIrradianceSide);
+    vec4 sum = vec4(0.0);
+    for (uint k = TL_PROBE_VOLUMES - 1u; k > 0u; --k) {
+        ProbeVolume volume = volumes.v[k];
+        const float share = (1.0 - sum.w) * probeVolumeShare(volume, position);
+        if (share > 0.0) sum += share * probeVolumeIrradiance(volume, position, geometricNormal, square, wo, back);
+    }
+    if (sum.w < 1.0) {
+        ProbeVolume volume = volumes.v[0];
+        sum += (1.0 - sum.w) * probeVolumeIrradiance(volume, position, geometricNormal, square, wo, back);
+    }
+    return sum.w > 0.0 ? sum.rgb / sum.w : vec3(0.0);
 }
 
 #endif

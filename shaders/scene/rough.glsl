@@ -62,12 +62,12 @@ RoughHit traceToRough(vec3 origin, vec3 direction, float footprint, inout Sample
 
 // Radiance that a rough surface scatters towards wo of the light that probes know. All its lobes that are not deltas answer
 // as if the light came from everywhere alike.
-vec3 scatteredProbeLight(ProbeVolumeRef volume, Shading shading, vec3 albedo) {
+vec3 scatteredProbeLight(ProbeVolumeRef volumes, Shading shading, vec3 albedo) {
     if (!(maxComponent(albedo) > 0.0)) return vec3(0.0);
     const Surface s = shading.surface;
     const bool back = dot(shading.wo, s.geometricNormal) < 0.0;
     return albedo * kInvPi *
-           probeIrradiance(volume, s.position, sideTowards(s, shading.wo), shading.frame[2], shading.wo, back);
+           probeIrradiance(volumes, s.position, sideTowards(s, shading.wo), shading.frame[2], shading.wo, back);
 }
 
 // The same of the light that comes through mirrors and glass, as photons have left it.
@@ -77,13 +77,18 @@ vec3 scatteredCaustic(CausticPatchRef cache, RoughHit hit, vec3 albedo) {
            cachedCausticIrradiance(cache, hit.instance, s.position, sideTowards(s, hit.shading.wo));
 }
 
+// Direct light that the surface scatters back along the ray, by one light sample.
+vec3 scatteredDirect(RoughHit hit, inout Sampler rng) {
+    const DirectSample light = sampleNearbyDirect(hit.shading.surface.position, hit.shading.frame[2], rng);
+    return directLight(hit.shading, light, false);
+}
+
 // All that the surface scatters back along the ray, direct light by one light sample. `direct` is its part in the sum, for
 // those who ask where light falls. TL_CAUSTIC_CACHE: whether there is a cache.
-vec3 scatteredLight(ProbeVolumeRef volume, CausticPatchRef cache, RoughHit hit, inout Sampler rng, out vec3 direct) {
-    const DirectSample light = sampleNearbyDirect(hit.shading.surface.position, hit.shading.frame[2], rng);
-    direct = directLight(hit.shading, light, false);
+vec3 scatteredLight(ProbeVolumeRef volumes, CausticPatchRef cache, RoughHit hit, inout Sampler rng, out vec3 direct) {
+    direct = scatteredDirect(hit, rng);
     const vec3 albedo = bsdfSmoothAlbedo(hit.shading.bsdf);
-    vec3 sum = direct + scatteredProbeLight(volume, hit.shading, albedo);
+    vec3 sum = direct + scatteredProbeLight(volumes, hit.shading, albedo);
 #if TL_CAUSTIC_CACHE
     sum += scatteredCaustic(cache, hit, albedo);
 #endif

@@ -38,6 +38,8 @@ struct Probe {
 
 TL_DECLARE_REF(Probe)
 
+TL_CONST uint kProbeVolumes = 4; // at most
+
 // A grid of probes. Distances of all kinds are told in its spacing, the largest of its steps.
 struct ProbeVolume {
     TL_REF(Probe) probes;
@@ -48,12 +50,13 @@ struct ProbeVolume {
     vec3 steps;              // between probes along each axis, metres
     uint probeCount;
     uvec3 counts;
+    uvec3 scroll;  // where probe (0, 0, 0) stands in memory, which wraps around along each axis
     uint selected; // probes that this round updates
     uint awake;    // halves of probes that took turns in the last round: one that serves nobody takes every other turn
     uint serving;  // probes that lookups use
     uint rays;     // of each probe in this round
     uint period;   // an awake probe is updated once in so many rounds
-    uint round;    // since the volume began: a frame's index may begin anew with each picture
+    uint round;    // of turns since the volume began: a frame's index may begin anew with each picture
 };
 
 TL_DECLARE_ALIGNED_REF(ProbeVolume, 8)
@@ -89,6 +92,7 @@ struct ProbeBeginPush {
     float spacing;
     vec3 steps;
     uvec3 counts;
+    uvec3 scroll;
     uint rays;   // of each probe
     uint fewest; // should there be too many probes for the budget
     uint budget; // rays of awake probes for each round; 0: all probes
@@ -97,22 +101,27 @@ struct ProbeBeginPush {
 
 struct ProbeUpdatePush {
     TL_REF(FrameConstants) frame;
-    TL_REF(ProbeVolume) volume;
-    TL_REF(ProbeTurn) turns; // of this round, in no order
+    TL_REF(ProbeVolume) volume;  // that the round is of
+    TL_REF(ProbeVolume) volumes; // all
+    TL_REF(ProbeTurn) turns;     // of this round, in no order
     TL_REF(ProbeRay) rays;
     TL_REF(CausticPatch) causticCache; // with TL_CAUSTIC_CACHE
     uint rayCount;                     // of a probe in a round that need not spare them
     uint flags;                        // kProbeUpdate*
     float tolerance;
+    ivec3 shift;     // of the grid in this frame, in probes; with kProbeUpdateScrolled
+    uint firstProbe; // of the volume, among those of all
 };
-// Which probes a round updates; with none of the first four, those awake take turns.
-TL_CONST uint kProbeUpdateRestart = 1;  // all, of which nothing is known yet: they see surfaces, not yet their light
-TL_CONST uint kProbeUpdateMoved = 2;    // likewise those that have just moved
-TL_CONST uint kProbeUpdateBounce = 4;   // active ones take in one more bounce: the round replaces their irradiance
-TL_CONST uint kProbeUpdateActive = 8;   // active ones
-TL_CONST uint kProbeUpdateChanged = 16; // the scene is another than in the last frame
-TL_CONST uint kProbeUpdateRelit = 32;   // its lights are
-TL_CONST uint kProbeUpdateRoused = 64;  // and it had been at rest
+// Which probes a round updates; with none of the first five, those awake take turns.
+TL_CONST uint kProbeUpdateRestart = 1;    // all, of which nothing is known yet: they see surfaces, not yet their light
+TL_CONST uint kProbeUpdateMoved = 2;      // likewise those that have just moved
+TL_CONST uint kProbeUpdateBounce = 4;     // active ones take in one more bounce: the round replaces their irradiance
+TL_CONST uint kProbeUpdateActive = 8;     // active ones
+TL_CONST uint kProbeUpdateFresh = 16;     // of them, or of those that take in a bounce, whose means have hardly begun
+TL_CONST uint kProbeUpdateChanged = 32;   // the scene is another than in the last frame
+TL_CONST uint kProbeUpdateRelit = 64;     // its lights are
+TL_CONST uint kProbeUpdateRoused = 128;   // and it had been at rest
+TL_CONST uint kProbeUpdateScrolled = 256; // the volume has moved: probes that it had not had before begin anew
 
 // What probes told a pixel when it was looked up last, and of which triangle.
 struct ProbeLookup {
@@ -132,7 +141,7 @@ TL_CONST uint kLookupTurns = kLookupColumns * kLookupRows;
 struct ProbeGatherPush {
     TL_REF(FrameConstants) frame;
     TL_REF(VisiblePoint) points;
-    TL_REF(ProbeVolume) volume;
+    TL_REF(ProbeVolume) volumes;
     TL_REF(CausticPatch) causticCache; // with TL_CAUSTIC_CACHE
     TL_REF(vec3) indirect;
     TL_REF(ProbeLookup) lookups; // gather.comp's

@@ -10,6 +10,7 @@
 
 namespace trilume::shared {
 using glm::ivec2;
+using glm::ivec3;
 using glm::mat3;
 using glm::mat4;
 using glm::mat4x3;

@@ -49,13 +49,13 @@ def furnace(folder, albedo=0.6, scale=1.0, emission=1.0):
     return harness.write_stage(folder / "furnace.usda", camera(scale), room(scale), harness.matte(albedo, emission))
 
 
-@pytest.mark.parametrize("gather", ["probe", "final"])
-def test_closed_furnace(render, tmp_path, gather):
+@pytest.mark.parametrize("gather, volumes", [("probe", 1), ("probe", 3), ("final", 1)])
+def test_closed_furnace(render, tmp_path, gather, volumes):
     """Emission 1 and albedo 0.6 everywhere: rho^2 / (1 - rho) of two and more bounces. Light samples of the six walls have a
     standard deviation near 1; 8000 rays a round, and 250 rounds that weigh as 80, leave 0.0013 of it, 2.5 times that with
     all bounces; 64 rays for each of 576 pixels leave 0.005 of one bounce, of which light samples are four tenths."""
     options = (*DDGI, *FEW, "--warmup", 250, "--spp", 4 if gather == "probe" else 64, "--set", f"ddgi.gather={gather}",
-               "--set", "ddgi.settledShare=1")
+               "--set", f"ddgi.volumes={volumes}", "--set", "ddgi.settledShare=1")
     picture, _ = indirect(render, furnace(tmp_path), *options)
     assert picture.mean() == pytest.approx(0.36 / 0.4, rel=0.01)
     assert metrics.block_means(picture, 6) == pytest.approx(0.36 / 0.4, rel=0.05)
@@ -239,6 +239,49 @@ def test_voxels_found_empty_without_rays_are_of_no_use(render, stage):
     assert frame["probes"]["updated"] < all_send["probes"]["updated"]
     assert frame["probes"]["active"] == pytest.approx(all_send["probes"]["active"], rel=0.01)
     assert metrics.mean_ratio(own, other) == pytest.approx(1, abs=0.01)
+
+
+def estate(folder, name, place):
+    """Two closed rooms 60 m apart, each with its lamp, and balls far away; the camera is at `place`."""
+    def at(x):
+        return f"""
+        double3 xformOp:translate = ({x}, 0, 0)
+        uniform token[] xformOpOrder = ["xformOp:translate"]"""
+
+    def ball(name, place):
+        return f'''
+    def Sphere "{name}" {{
+        double radius = 0.5
+        double3 xformOp:translate = {place}
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }}
+'''
+    other = room().replace('"Room"', '"Other"').rstrip().removesuffix("}") + at(60) + "\n    }\n"
+    return harness.write_stage(folder / name, camera().replace("xformOp:translate = (0.3, 0.2, 1.5)", f"xformOp:translate{place}"),
+                               room(), other, ball("Near", "(-240, -240, -240)"), ball("Far", "(240, 240, 240)"),
+                               harness.matte(0.6), lamp("Lamp", ABOVE[0], " = 20"), lamp("Second", "(60.8, 1.3, 0.3)", " = 20"))
+
+
+def test_finer_grids_follow_the_camera(tmp_path):
+    """A room in a large scene looks as it does alone, where the scene's own grid has one probe in 28 m; so does the next one
+    after a walk of 40 frames, and after a jump. Few rays leave 2% of the mean from seed to seed, and what a jump comes to has six
+    bounces, 0.6^6 less than all."""
+    alone = harness.write_stage(tmp_path / "alone.usda", camera(), room(), harness.matte(0.6), lamp("Lamp", ABOVE[0], " = 20"))
+    expected, = play(tmp_path, alone, "1", "--warmup", 32, "--spp", 16)[0]
+    fine = ("--set", "ddgi.volumes=4")
+
+    def expect_likeness(stage, frames):
+        picture = play(tmp_path, stage, frames, *fine)[0][-1]
+        assert metrics.relmse(picture, expected) < 0.01
+        assert picture.mean() == pytest.approx(expected.mean(), rel=0.05 + 3 * 0.02)
+
+    inside = estate(tmp_path, "inside.usda", " = (0.3, 0.2, 1.5)")
+    coarse, = play(tmp_path, inside, "1")[0]
+    assert metrics.relmse(coarse, expected) > 0.1
+    expect_likeness(inside, "1")
+    there = "(60.3, 0.2, 1.5)"
+    expect_likeness(estate(tmp_path, "walk.usda", f".timeSamples = {{ 1: (0.3, 0.2, 1.5), 40: {there} }}"), "1:40")
+    expect_likeness(estate(tmp_path, "jump.usda", f".timeSamples = {{ 1: (0.3, 0.2, 1.5), 2: {there} }}"), "1:2")
 
 
 def test_probes_follow_a_moving_lamp(tmp_path):

@@ -19,11 +19,12 @@ void main() {
     volume.spacing = push.spacing;
     volume.steps = push.steps;
     volume.counts = push.counts;
+    volume.scroll = push.scroll;
     volume.probeCount = push.counts.x * push.counts.y * push.counts.z;
     volume.selected = 0u;
     const uint awake = push.waking != 0u ? volume.probeCount : (push.volume.v[0].awake + 1u) / 2u;
     volume.awake = volume.serving = 0u;
-    volume.round = push.waking != 0u ? 0u : push.volume.v[0].round + 1u;
+    volume.round = push.waking != 0u ? 0u : push.volume.v[0].round + (push.budget > 0u ? 1u : 0u);
     volume.rays = push.rays;
     volume.period = 1u;
     if (push.budget > 0u) {

@@ -34,7 +34,7 @@ void main() {
     const uint threads = gl_WorkGroupSize.x * gl_WorkGroupSize.y;
     const uint thread = gl_SubgroupID * gl_SubgroupSize + gl_SubgroupInvocationID;
     const uint first = kLookupTurns * gl_SubgroupID * gl_SubgroupSize;
-    if (gl_GlobalInvocationID.xy == uvec2(0u)) countProbes(push.volume);
+    if (gl_GlobalInvocationID.xy == uvec2(0u)) countProbes(push.volumes);
     uint count = 0u;
     for (uint k = 0u; k < kLookupTurns; ++k) {
         const uvec2 pixel = ownPixel(thread, k);
@@ -59,7 +59,7 @@ void main() {
         const VisiblePoint point = push.points.v[index];
         const Shading shading = shadeVisiblePoint(point);
         const vec3 albedo = bsdfCosineAlbedo(shading.bsdf);
-        const vec3 radiance = point.throughput * scatteredProbeLight(push.volume, shading, albedo);
+        const vec3 radiance = point.throughput * scatteredProbeLight(push.volumes, shading, albedo);
         push.indirect.v[index] = radiance;
         push.lookups.v[index] = ProbeLookup(radiance, point.chain == 0u ? point.instance : kNone, point.primitive);
     }

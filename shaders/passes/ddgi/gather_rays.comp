@@ -28,14 +28,14 @@ vec3 gatherByRay(Shading shading, float footprint, inout Sampler rng) {
         traceToRough(offsetRayOrigin(s.position, sideTowards(s, direction), s.extent), direction, footprint, rng);
     if (!hit.found) return vec3(0.0);
     vec3 direct;
-    return chosen.weight * (1.0 - pSkipped) * scatteredLight(push.volume, push.causticCache, hit, rng, direct);
+    return chosen.weight * (1.0 - pSkipped) * scatteredLight(push.volumes, push.causticCache, hit, rng, direct);
 }
 
 void main() {
     const uvec2 pixel = gl_GlobalInvocationID.xy;
     if (!insideView(pixel)) return;
 #if TL_FINAL
-    if (pixel == uvec2(0u)) countProbes(push.volume);
+    if (pixel == uvec2(0u)) countProbes(push.volumes);
 #endif
     const uint index = pixelIndex(pixel);
     const VisiblePoint point = push.points.v[index];

@@ -27,6 +27,7 @@ void main() {
     bool taken = (awake || serves) && (pcg(index) + volume.round) % period == 0u;
     if ((push.flags & (kProbeUpdateRestart | kProbeUpdateMoved)) != 0u)
         taken = (probe.flags & kProbeEmpty) == 0u && probe.seen == 0.0;
+    else if ((push.flags & kProbeUpdateFresh) != 0u) taken = serves && probe.count < 2.0;
     else if ((push.flags & (kProbeUpdateActive | kProbeUpdateBounce)) != 0u) taken = serves;
     const uint halves = subgroupAdd(awake ? (idle ? 1u : 2u) : 0u), serving = subgroupAdd(serves ? 1u : 0u);
     if (subgroupElect()) {

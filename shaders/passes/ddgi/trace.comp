@@ -16,12 +16,12 @@ ProbeRay traceProbeRay(vec3 origin, vec3 direction, float spacing, inout Sampler
     const RoughHit hit = traceToRough(origin, direction, 0.0, rng);
     const float distance = hit.distance < kFloatMax ? hit.distance / spacing : kProbeRayMissed;
     ProbeRay ray = ProbeRay(direction, distance, vec3(0.0), hit.back ? kProbeRayBack : 0u);
-    // Probes that look for their places need to know only which backs are lit.
+    // Probes that look for their places need to know only which backs are lit, and may not ask volumes that have not begun.
     const bool placing = (push.flags & (kProbeUpdateRestart | kProbeUpdateMoved)) != 0u;
     if (!hit.found || (placing && !hit.back)) return ray;
     vec3 direct;
-    ray.radiance = scatteredLight(push.volume, push.causticCache, hit, rng, direct);
-    if (placing) ray.radiance = vec3(0.0);
+    if (placing) direct = scatteredDirect(hit, rng);
+    else ray.radiance = scatteredLight(push.volumes, push.causticCache, hit, rng, direct);
     if (!hit.specular && maxComponent(direct) > 0.0) ray.flags |= kProbeRayLit;
     return ray;
 }
@@ -34,10 +34,10 @@ void main() {
         const uint index = push.turns.v[i / volume.rays].probe;
         const uint ray = i % volume.rays;
         const Probe probe = volume.probes.v[index];
-        const vec3 origin = probePosition(volume, probeCoordinates(volume.counts, index), probe);
+        const vec3 origin = probePosition(volume, probeCoordinates(volume, index), probe);
         const vec3 direction =
-            probeRayRotation(index, probe.updates) * probeLatticeDirection(ray, volume.rays);
-        Sampler rng = probeSampler(index, ray, probe.updates);
+            probeRayRotation(push.firstProbe + index, probe.updates) * probeLatticeDirection(ray, volume.rays);
+        Sampler rng = probeSampler(push.firstProbe + index, ray, probe.updates);
         ProbeRay result = traceProbeRay(origin, direction, volume.spacing, rng);
         if (!isFinite(result.radiance)) {
             result.radiance = vec3(0.0);

@@ -1,4 +1,4 @@
-// What a restart, or a change of the scene, does to all probes. Those with nothing in their voxels, as far as can be told
+// What a restart, or a change of the scene, does to all probes, and what a volume's motion to those that it comes to. Those with nothing in their voxels, as far as can be told
 // without rays, take no part until the next change.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -35,11 +35,16 @@ void main() {
     const uint index = gl_GlobalInvocationID.x;
     ProbeVolume volume = push.volume.v[0];
     if (index >= volume.probeCount) return;
-    const bool restart = (push.flags & kProbeUpdateRestart) != 0u;
-    const vec3 place = volume.origin + vec3(probeCoordinates(volume.counts, index)) * volume.steps;
+    const uvec3 coordinates = probeCoordinates(volume, index);
+    const bool scrolled = (push.flags & kProbeUpdateScrolled) != 0u;
+    const ivec3 before = ivec3(coordinates) + push.shift;
+    // It was part of the volume before.
+    if (scrolled && all(greaterThanEqual(before, ivec3(0))) && all(lessThan(before, ivec3(volume.counts)))) return;
+    const bool begins = scrolled || (push.flags & kProbeUpdateRestart) != 0u;
+    const vec3 place = volume.origin + vec3(coordinates) * volume.steps;
     const bool empty = boxIsEmpty(place, vec3(kProbeVoxel * volume.spacing), kMaskIndirect);
     // What was empty until now has known nothing for long.
-    if (restart || empty || (volume.probes.v[index].flags & kProbeEmpty) != 0u) {
+    if (begins || empty || (volume.probes.v[index].flags & kProbeEmpty) != 0u) {
         Probe probe = freshProbe();
         if (empty) {
             probe.flags = kProbeEmpty;
