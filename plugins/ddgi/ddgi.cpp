@@ -19,6 +19,7 @@ constexpr uint32_t kScrolledFrames = 8;  // for which they get the whole budget
 constexpr float kRefinement = 4;         // of the spacing, from a volume to the next
 constexpr uint32_t kRelitFrames = 16;    // after a change of the lights, in which probes spare rays for more turns
 constexpr uint32_t kFollowFrames = 32;   // after a change of the scene, for which probes get the whole budget
+constexpr uint32_t kAverageRays = 8192;  // in a frame of an average, or as many as pixels
 constexpr double kRestPeriod = 8;        // frames of a scene that stands still, at most, of which one updates probes
 
 /// Distance of the outermost planes inside the bounds from the bounds, in steps: walls there have probes at hand.
@@ -218,7 +219,10 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t volume, uint3
     gpu::Commands& commands = context.commands;
     const double share =
         settled(context) ? restPeriod(context.params) * context.params.getFloat("ddgi.settledShare") : 1.0 / count_;
-    const auto budget = static_cast<uint32_t>(share * static_cast<double>(context.params.getInt("ddgi.budget")));
+    auto budget = static_cast<uint32_t>(share * static_cast<double>(context.params.getInt("ddgi.budget")));
+    // Frames of an average are worth what they cost: of a small picture most of that would be probes.
+    if (context.sampleIndex > 0 && followFrames_ == 0)
+        budget = std::min(budget, std::max(kAverageRays, context.width * context.height));
     const ProbeGrid& grid = grids_[volume];
     const auto spared = [&](uint32_t rays) {
         return std::clamp(rays * kFirstProbes / grid.probes() & ~3u, std::min(kFewestRays, rays), rays);

@@ -46,6 +46,15 @@ float probeShare(vec3 x, vec3 own, vec3 others) {
     return share.x * share.y * share.z;
 }
 
+// Irradiance falls with the square of the distance from what it comes from, a convex function, which a chord overestimates; its
+// root is nearer to a line. But a mean of roots takes noise for darkness, which bounces multiply: while probes know little,
+// they ask each other for irradiance itself (TL_PROBE_ROOTS, an expression of the pass).
+#ifndef TL_PROBE_ROOTS
+#define TL_PROBE_ROOTS true
+#endif
+vec3 probeToBlend(vec3 irradiance) { return TL_PROBE_ROOTS ? sqrt(irradiance) : irradiance; }
+vec3 probeFromBlend(vec3 blended) { return TL_PROBE_ROOTS ? sqr(blended) : blended; }
+
 // Sum of the square roots of the irradiance of the probes of the cell that holds `place`, each times its weight; w: of weights.
 // See below. All places in spacings, from the volume's origin.
 vec4 probeCellIrradiance(ProbeVolume volume, vec3 place, vec3 position, vec3 biased, vec3 geometricNormal,
@@ -76,7 +85,7 @@ vec4 probeCellIrradiance(ProbeVolume volume, vec3 place, vec3 position, vec3 bia
         weight *= probeVisibility(probeMapDistance(volume, index, fromProbe == vec3(0.0) ? geometricNormal : fromProbe), length(fromProbe));
         if (weight < 0.2) weight *= sqr(weight) / 0.04;
         weight *= probeShare(place, center, others);
-        sum += weight * vec4(sqrt(probeMapIrradiance(volume, index, square)), 1.0);
+        sum += weight * vec4(probeToBlend(probeMapIrradiance(volume, index, square)), 1.0);
     }
     return sum;
 }
@@ -89,7 +98,7 @@ vec4 probeVolumeIrradiance(ProbeVolume volume, vec3 position, vec3 geometricNorm
     vec4 sum = vec4(0.0);
     for (uint cell = 0u; cell < 2u && sum.w == 0.0; ++cell)
         sum = probeCellIrradiance(volume, x + float(cell) * geometricNormal, x, biased, geometricNormal, square, required);
-    return sum.w > 0.0 ? vec4(sqr(sum.rgb / sum.w), 1.0) : vec4(0.0);
+    return sum.w > 0.0 ? vec4(probeFromBlend(sum.rgb / sum.w), 1.0) : vec4(0.0);
 }
 
 // Falls from 1 to 0 within the outermost cells of a volume.
