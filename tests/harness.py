@@ -64,9 +64,9 @@ def run(*arguments, env=None, timeout=600, cwd=None):
 
 
 def start(*arguments):
-    """A running command, with its standard error in a pipe."""
+    """A running command, with its standard error in a pipe. It can be interrupted, even where tests run in the background."""
     return subprocess.Popen([str(COMMAND), *map(str, arguments)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                            text=True, errors="replace")
+                            text=True, errors="replace", preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
 
 
 def interrupt(process, timeout=60):

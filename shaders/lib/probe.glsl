@@ -16,7 +16,7 @@ const float kProbeViewBias = 0.05;
 // What probes serve lies so near their grid points along all axes, in spacings: a point is served by the probes of its cell,
 // and looked up somewhat above its surface.
 const float kProbeVoxel = 1.0 + kProbeNormalBias + kProbeViewBias;
-const float kProbeCountSettling = 2.0; // of rounds that the mean irradiance counts at most while light changes
+const float kProbeCountSettling = 2.67; // of rounds that the mean irradiance counts at most while light changes
 const float kProbeReach = 0.45;     // of relocation, in steps of the grid
 // Distances beyond 1.5 cell diagonals tell no lookup more: none is farther from its probe.
 const float kProbeFar = 2.6; // spacings

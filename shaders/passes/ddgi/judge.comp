@@ -17,11 +17,11 @@ const float kMinimumDistance = 0.06; // of a probe from what it sees, in spacing
 const float kGeometryShare = 0.25;   // of the surfaces met, those met from behind, above which a probe is in geometry
 // The weight of round n is kForget / (n + kForget): light of few bounces, as the first rounds saw it, is forgotten as a power
 // of n, where a plain mean would keep it. The mean's variance is kForget^2 / (2 kForget - 1) / n that of one round.
-const float kForget = 3.0;
+const float kForget = 4.0;
 const float kForgetDistance = 6.0; // likewise distances to what has moved
 const float kMeanVariance = kForget * kForget / (2.0 * kForget - 1.0);
 const float kFast = 0.25; // weight of a round in the fast mean
-const float kCountAfterChange = 1.0;
+const float kCountAfterChange = 1.33;
 const uint kSettle = 8u; // rounds after a change of the light for which the weight stays high, while bounces follow
 const float kCountConverged = 32.0; // rounds before a probe may sleep
 const float kSeenEnough = 16.0; // rounds after which distances rest until something changes

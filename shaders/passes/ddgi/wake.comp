@@ -16,7 +16,7 @@ layout(local_size_x = 64) in;
 const uint kWatch = 16u;     // updates for which a change of the scene keeps probes awake
 const uint kWatchFresh = 8u; // and fresh ones
 const uint kMoves = 6u;      // relocations after a change of the scene
-const float kCountAfterMotion = 32.0;
+const float kCountAfterMotion = 43.0;
 const float kSeenAfterChange = 8.0; // updates, of as many rays as they have now
 
 Probe freshProbe() {
