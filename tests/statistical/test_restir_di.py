@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom, UsdShade
 
+import bpt_stages
 import harness
+from harness import CLASSES
 from trilume_bench import metrics, stages
 
 RESTIR = ("-t", "restir")
@@ -32,6 +34,38 @@ def test_direct_light_agrees_with_the_reference(render, stage):
     lamps = metrics.block_means(reference.lamp[..., None], block)[..., 0] > 0
     t = np.abs(found.mean(axis=0) - expected)[~lamps] / errors[~lamps]
     assert metrics.student_tail(t.max(), count - 1) * 2 * t.size > 1e-3
+
+
+LAMPS = {
+    "objects": lambda folder: bpt_stages.objects(folder / "objects.usda"),
+    "sky": lambda folder: bpt_stages.sky(folder / "sky.usda", folder / "spots.exr"),
+}
+
+
+@pytest.mark.parametrize("technique, spp, signals", [(REUSE, 128, ("direct",)), (("-t", "restir_bpt"), 32, CLASSES)],
+                         ids=["restir", "restir_bpt"])
+@pytest.mark.parametrize("name", LAMPS)
+def test_reuse_among_lamps_of_every_kind(render, tmp_path, name, technique, spp, signals):
+    """Spheres, disks, tubes, panels, suns, a textured dome, a textured and a cut-out mesh; mirrors and glass, a thin lens: path
+    tracing's light in each path class.
+
+    Frames of a run share reservoirs, so that seeds alone are independent: Student's t over them, of the mean and of blocks.
+    """
+    stage, count, block = LAMPS[name](tmp_path), 8, 6
+    ours = render.runs(stage, *technique, "--spp", spp, count=count, aovs=signals)
+    theirs = render.runs(stage, "-t", "pathtrace", "--spp", 384, count=count, first=11, aovs=CLASSES)
+    for signal in signals:
+        found, expected = (np.stack([r.aovs[signal] for r in runs]).astype(np.float64) for runs in (ours, theirs))
+
+        def chance(kind):
+            means, others = (kind(x).reshape(count, -1) for x in (found, expected))
+            errors = np.hypot(*(x.std(axis=0, ddof=1) for x in (means, others))) / np.sqrt(count)
+            t = np.abs(means.mean(axis=0) - others.mean(axis=0)) / np.maximum(errors, 1e-12)
+            return metrics.student_tail(t.max(), count - 1) * 2 * t.size
+
+        assert chance(lambda x: x.mean(axis=(1, 2, 3))) > 1e-3, (signal, found.mean(), expected.mean())
+        # Path tracing finds caustics too rarely for the spread of a block to tell.
+        assert signal == "caustic" or chance(lambda x: np.stack([metrics.block_means(i, block) for i in x])) > 1e-3, signal
 
 
 def test_five_boxes_are_as_bright_as_one(render):
