@@ -234,7 +234,7 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t volume, uint3
     uint32_t rays = raysPerProbe_;
     if (placing) rays = kPlacingRays;
     if (bounce) rays = spared(kBounceRays);
-    if (begins) rays = spared(raysPerProbe_ * 3 / 4); // more bounces serve the first frame better
+    if (begins) rays = spared(raysPerProbe_);
     const bool wakes =
         (flags & (shared::kProbeUpdateRestart | shared::kProbeUpdateChanged | shared::kProbeUpdateScrolled)) != 0;
     const size_t first = size_t{volume} * limit_;

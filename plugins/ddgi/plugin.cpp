@@ -52,7 +52,7 @@ static void registerPlugin(trilume::Registry& registry) {
                        .doc = "Share of ddgi.budget that refines the probes of a scene which stands still, spent in "
                               "one of up to eight frames; 0: hardly any."});
     registry.addParam({.name = "ddgi.bounces",
-                       .defaultValue = int64_t{12},
+                       .defaultValue = int64_t{10},
                        .minimum = 0,
                        .maximum = 1024,
                        .doc = "Bounces that the first frame brings at once, with few rays each; later ones come with "
