@@ -1,13 +1,14 @@
 // The device itself: memory, uploads, dispatches, submissions, timestamps and its errors.
 #include "gpu/gpu_fixture.h"
 
-#include "core/error.h"
 #include "core/log.h"
+#include "errors.h"
 
 #include <cstdlib>
 #include <numeric>
 
 using namespace trilume;
+using trilume::test::errorOf;
 using trilume::test::GpuTest;
 
 namespace {
@@ -44,15 +45,6 @@ struct SlowPush {
 class DeviceTest : public GpuTest {
 protected:
     /// The error that `action` throws, or fails the test.
-    static Error errorOf(const std::function<void()>& action) {
-        try {
-            action();
-        } catch (const Error& error) {
-            return error;
-        }
-        ADD_FAILURE() << "no error was thrown";
-        return runError("", "", "");
-    }
     static std::vector<uint32_t> numbers(size_t count, uint32_t first) {
         std::vector<uint32_t> data(count);
         std::iota(data.begin(), data.end(), first);

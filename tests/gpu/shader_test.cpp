@@ -4,8 +4,8 @@
 #include "gpu/device.h"
 #include "gpu/shader_compiler.h"
 
-#include "core/error.h"
 #include "core/file.h"
+#include "errors.h"
 
 #include <gtest/gtest.h>
 
@@ -112,13 +112,7 @@ protected:
 };
 
 Error errorOf(const gpu::ShaderSource& source) {
-    try {
-        gpu::compileShader(source);
-    } catch (const Error& error) {
-        return error;
-    }
-    ADD_FAILURE() << "no error was thrown";
-    return runError("", "", "");
+    return test::errorOf([&] { gpu::compileShader(source); });
 }
 
 // ---- Compiling -------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 #include "gpu/gpu_fixture.h"
 
 #include "core/error.h"
+#include "triangle_mesh.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,17 +14,6 @@ namespace {
 
 using gpu::Tracer;
 using shared::kNone;
-
-struct TestMesh {
-    std::vector<glm::vec3> positions;
-    std::vector<glm::uvec3> triangles;
-
-    void add(glm::vec3 a, glm::vec3 b, glm::vec3 c) {
-        const auto first = static_cast<uint32_t>(positions.size());
-        positions.insert(positions.end(), {a, b, c});
-        triangles.push_back({first, first + 1, first + 2});
-    }
-};
 
 class Random {
 public:
@@ -53,8 +43,8 @@ private:
 };
 
 /// A sphere of 2 * 4^levels * 4 triangles around the origin, corners shared.
-TestMesh ball(int rings, int segments) {
-    TestMesh mesh;
+TriangleMesh ball(int rings, int segments) {
+    TriangleMesh mesh;
     auto corner = [&](int ring, int segment) {
         if (ring == 0) return 0u;
         if (ring == rings) return 1u;
@@ -91,7 +81,7 @@ struct Meeting {
 
 struct Reference {
     std::vector<rt::InstanceInput> instances;
-    std::vector<const TestMesh*> meshes; ///< per instance
+    std::vector<const TriangleMesh*> meshes; ///< per instance
 
     /// Rounding of positions along the ray, in the units of `local` space: a few ulp of everything that was added up.
     static double rounding(const TraceRay& ray, const glm::dmat4x3& local, double t) {
@@ -106,7 +96,7 @@ struct Reference {
         const glm::dvec3 o = local * glm::dvec4(ray.origin, 1.0), d = glm::dmat3(local) * glm::dvec3(ray.direction);
         std::vector<Meeting> result;
         if (instance.shape == shared::kShapeMesh) {
-            const TestMesh& mesh = *meshes[index];
+            const TriangleMesh& mesh = *meshes[index];
             const glm::uvec3 corners = mesh.triangles[primitive];
             if (std::max({corners.x, corners.y, corners.z}) >= mesh.positions.size()) return {};
             const glm::dvec3 a(mesh.positions[corners.x]), b(mesh.positions[corners.y]), c(mesh.positions[corners.z]);
@@ -197,7 +187,7 @@ protected:
         explicit Scene(Tracer tracer) : TraceScene(device(), tracer) {}
         Reference reference;
 
-        rt::MeshAccelId add(const TestMesh& mesh, const glm::mat4x3& transform, uint32_t mask = shared::kMaskAll,
+        rt::MeshAccelId add(const TriangleMesh& mesh, const glm::mat4x3& transform, uint32_t mask = shared::kMaskAll,
                             bool deforming = false) {
             const rt::MeshAccelId id = accel.addMesh(mesh.positions, mesh.triangles, deforming, "test mesh");
             instances.push_back({shared::kShapeMesh, id, transform, mask});
@@ -248,7 +238,7 @@ protected:
 
 TEST_P(Trace, TrianglesAgreeWithDoublePrecision) {
     Random random(1);
-    TestMesh soup;
+    TriangleMesh soup;
     for (int i = 0; i < 500; ++i) {
         const glm::vec3 center = random.vector() * 2.0f;
         soup.add(center + random.vector(), center + random.vector(), center + random.vector());
@@ -260,7 +250,7 @@ TEST_P(Trace, TrianglesAgreeWithDoublePrecision) {
 
 TEST_P(Trace, NeedlesAgreeWithDoublePrecision) {
     Random random(3);
-    TestMesh needles;
+    TriangleMesh needles;
     for (int i = 0; i < 800; ++i) {
         const glm::vec3 from = random.vector() * 2.0f, to = random.vector() * 2.0f;
         needles.add(from, to, from + random.direction() * std::exp2(random.uniform(-12, -3)));
@@ -272,7 +262,7 @@ TEST_P(Trace, NeedlesAgreeWithDoublePrecision) {
 
 TEST_P(Trace, PlacedShapesAgreeWithDoublePrecision) {
     Random random(5);
-    const TestMesh sphere = ball(8, 12);
+    const TriangleMesh sphere = ball(8, 12);
     Scene scene(GetParam());
     for (int i = 0; i < 6; ++i) {
         scene.add(shared::kShapeSphere, random.transform());
@@ -286,7 +276,7 @@ TEST_P(Trace, PlacedShapesAgreeWithDoublePrecision) {
 
 TEST_P(Trace, MasksHideInstances) {
     Random random(7);
-    const TestMesh sphere = ball(6, 8);
+    const TriangleMesh sphere = ball(6, 8);
     Scene scene(GetParam());
     for (uint32_t mask : {1u, 2u, 4u, 3u, 0u, 7u}) {
         scene.add(shared::kShapeSphere, random.transform(), mask);
@@ -299,7 +289,7 @@ TEST_P(Trace, MasksHideInstances) {
 }
 
 TEST_P(Trace, ClosedMeshesDoNotLeak) {
-    const TestMesh sphere = ball(40, 64);
+    const TriangleMesh sphere = ball(40, 64);
     Random random(9);
     // Seen from inside, aimed exactly at corners, at edges and anywhere: every ray must end on the surface. How exact
     // aim ends with ray queries is the driver's affair: lavapipe 25.0 lets 1 in 300 through.
@@ -334,7 +324,7 @@ TEST_P(Trace, ClosedMeshesDoNotLeak) {
 TEST_P(Trace, DeepTreesFitTheStack) {
     // Each triangle is half the size of the last and nearer to the corner, so that SAH peels off a few at each level;
     // the placed ones do the same at the top level. Rays into the corner pass all of them.
-    TestMesh corner;
+    TriangleMesh corner;
     for (int i = 0; i < 110; ++i) {
         const float s = std::ldexp(1.0f, -i);
         corner.add({s, 0.9f * s, 0.9f * s}, {0.9f * s, s, 0.9f * s}, {0.9f * s, 0.9f * s, s});
@@ -353,7 +343,7 @@ TEST_P(Trace, DeepTreesFitTheStack) {
 
 TEST_P(Trace, MovedInstancesAreRefitThenRebuilt) {
     Random random(19);
-    const TestMesh sphere = ball(6, 8);
+    const TriangleMesh sphere = ball(6, 8);
     Scene scene(GetParam());
     for (int i = 0; i < 30; ++i) {
         scene.add(sphere, random.transform(), i % 7 == 3 ? 0u : shared::kMaskAll);
@@ -393,7 +383,7 @@ TEST_P(Trace, MovedInstancesAreRefitThenRebuilt) {
 
 TEST_P(Trace, DeformingMeshesAreRefitThenRebuilt) {
     Random random(11);
-    TestMesh mesh = ball(24, 24);
+    TriangleMesh mesh = ball(24, 24);
     Scene scene(GetParam());
     const rt::MeshAccelId id = scene.add(mesh, glm::mat4x3(1.5f), shared::kMaskAll, true);
     scene.expectAgreement(rays(500, 12, 2.0f));
@@ -434,8 +424,8 @@ TEST_P(Trace, DeformingMeshesAreRefitThenRebuilt) {
 }
 
 TEST_P(Trace, MeshesMayVanishBeforeTheyAreBuilt) {
-    TestMesh gone = ball(6, 6);
-    const TestMesh other = ball(5, 7);
+    TriangleMesh gone = ball(6, 6);
+    const TriangleMesh other = ball(5, 7);
     Scene scene(GetParam());
     const rt::MeshAccelId id = scene.add(gone, glm::mat4x3(1.0f), shared::kMaskAll, true);
     scene.add(other, glm::mat4x3(1.5f));
@@ -452,7 +442,7 @@ TEST_P(Trace, MeshesMayVanishBeforeTheyAreBuilt) {
 
 TEST_P(Trace, RemovedMeshesLeaveTheOthers) {
     Random random(17);
-    const TestMesh first = ball(8, 8), second = ball(5, 7);
+    const TriangleMesh first = ball(8, 8), second = ball(5, 7);
     Scene scene(GetParam());
     const rt::MeshAccelId id = scene.add(first, random.transform());
     scene.add(second, glm::mat4x3(1.5f));
@@ -467,7 +457,7 @@ TEST_P(Trace, RemovedMeshesLeaveTheOthers) {
 
 TEST_P(Trace, WhatCannotBeHitIsLeftOut) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
-    TestMesh mesh = ball(6, 6), nothing;
+    TriangleMesh mesh = ball(6, 6), nothing;
     const size_t good = mesh.triangles.size();
     mesh.add({nan, 0, 0}, {1, 0, 0}, {0, 1, 0});
     mesh.add({0, 0, 0}, {0, 0, 0}, {1, 1, 1});
@@ -504,7 +494,7 @@ TEST_P(Trace, EmptyScenesAndBadRaysHitNothing) {
     Scene scene(GetParam());
     scene.commit();
     for (const TraceHit& hit : scene.trace(rays(100, 21))) EXPECT_EQ(hit.instance, kNone);
-    const TestMesh sphere = ball(8, 8);
+    const TriangleMesh sphere = ball(8, 8);
     scene.add(sphere, glm::mat4x3(1.0f));
     scene.add(shared::kShapeSphere, glm::mat4x3(2.0f));
     scene.commit();
@@ -545,7 +535,7 @@ TEST_P(Trace, OffsetOriginsDoNotMeetTheirOwnSurface) {
                 Random random(static_cast<uint32_t>(shape * 100 + distance) + 23);
                 glm::mat4x3 place = random.transform() * scale;
                 place[3] = random.direction() * distance * scale;
-                TestMesh mesh;
+                TriangleMesh mesh;
                 mesh.add(random.vector(), random.vector(), random.vector());
                 Scene scene(GetParam());
                 if (shape == shared::kShapeMesh)

@@ -1,6 +1,7 @@
 #include "rt/bvh.h"
 
 #include "core/error.h"
+#include "triangle_mesh.h"
 
 #include <gtest/gtest.h>
 
@@ -13,22 +14,13 @@ namespace {
 
 using shared::BvhNode;
 
-struct Triangles {
-    std::vector<glm::vec3> positions;
-    std::vector<glm::uvec3> triangles;
+using test::TriangleMesh;
 
-    void add(glm::vec3 a, glm::vec3 b, glm::vec3 c) {
-        const auto first = static_cast<uint32_t>(positions.size());
-        positions.insert(positions.end(), {a, b, c});
-        triangles.push_back({first, first + 1, first + 2});
-    }
-};
-
-Triangles randomTriangles(uint32_t count, uint32_t seed, float size) {
+TriangleMesh randomTriangles(uint32_t count, uint32_t seed, float size) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> uniform(-1.0f, 1.0f);
     auto vector = [&] { return glm::vec3(uniform(random), uniform(random), uniform(random)); };
-    Triangles result;
+    TriangleMesh result;
     for (uint32_t i = 0; i < count; ++i) {
         const glm::vec3 center = vector();
         result.add(center + size * vector(), center + size * vector(), center + size * vector());
@@ -85,7 +77,7 @@ void check(const Bvh& bvh, std::span<const Box> boxes, uint32_t maxDepth = share
     EXPECT_LE(walk.depth, maxDepth);
 }
 
-Bvh build(const Triangles& mesh, TaskPool& pool, std::vector<Box>* boxes = nullptr) {
+Bvh build(const TriangleMesh& mesh, TaskPool& pool, std::vector<Box>* boxes = nullptr) {
     TriangleInput input = triangleBoxes(mesh.positions, mesh.triangles, pool);
     Bvh bvh = buildBvh(input.boxes, {}, pool);
     if (boxes) *boxes = std::move(input.boxes);
@@ -111,7 +103,7 @@ TEST(Bvh, OverNothingIsOneEmptyNode) {
 }
 
 TEST(Bvh, DoesNotDependOnThreads) {
-    const Triangles mesh = randomTriangles(200000, 7, 0.02f);
+    const TriangleMesh mesh = randomTriangles(200000, 7, 0.02f);
     TaskPool one(1), four(4);
     const Bvh a = build(mesh, one), b = build(mesh, four);
     ASSERT_EQ(a.nodes.size(), b.nodes.size());
@@ -163,7 +155,7 @@ TEST(Bvh, TakesCoincidentAndExtremePrimitives) {
 }
 
 TEST(Bvh, LeavesOutWhatCannotBeHit) {
-    Triangles mesh = randomTriangles(100, 3, 0.1f);
+    TriangleMesh mesh = randomTriangles(100, 3, 0.1f);
     const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
     mesh.add({nan, 0, 0}, {1, 0, 0}, {0, 1, 0});
     mesh.add({0, 0, 0}, {1, infinity, 0}, {0, 1, 0});
@@ -183,7 +175,7 @@ TEST(Bvh, LeavesOutWhatCannotBeHit) {
 
 TEST(Bvh, RefitFollowsTheGeometryAndItsCost) {
     TaskPool pool(2);
-    Triangles mesh = randomTriangles(20000, 11, 0.02f);
+    TriangleMesh mesh = randomTriangles(20000, 11, 0.02f);
     std::vector<Box> boxes;
     Bvh bvh = build(mesh, pool, &boxes);
     const float built = bvh.cost;
@@ -211,7 +203,7 @@ TEST(Bvh, RefitFollowsTheGeometryAndItsCost) {
     EXPECT_EQ(bvh.bounds, whole.bounds);
 
     // Triangles that go anywhere leave the old topology worthless.
-    const Triangles other = randomTriangles(20000, 12, 0.02f);
+    const TriangleMesh other = randomTriangles(20000, 12, 0.02f);
     const std::vector<Box> moved = triangleBoxes(other.positions, mesh.triangles, pool).boxes;
     refitBvh(bvh, moved, {});
     check(bvh, moved);
@@ -221,7 +213,7 @@ TEST(Bvh, RefitFollowsTheGeometryAndItsCost) {
 TEST(Bvh, SahBeatsMedianSplits) {
     TaskPool pool(2);
     // Dense clusters of tiny triangles in a large sparse room.
-    Triangles mesh = randomTriangles(20000, 21, 0.001f);
+    TriangleMesh mesh = randomTriangles(20000, 21, 0.001f);
     for (size_t i = 0; i < mesh.positions.size(); ++i) mesh.positions[i] *= i / 3 % 4 == 0 ? 1.0f : 0.01f;
     const TriangleInput input = triangleBoxes(mesh.positions, mesh.triangles, pool);
     BvhOptions median;

@@ -1,4 +1,4 @@
-#include "core/error.h"
+#include "errors.h"
 #include "frame_spec.h"
 #include "outputs.h"
 #include "progress.h"
@@ -16,15 +16,7 @@ namespace trilume::cli {
 namespace {
 namespace fs = std::filesystem;
 
-std::string errorOf(const std::function<void()>& f) {
-    try {
-        f();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.fault(), Fault::Input);
-        return error.what();
-    }
-    return "nothing was thrown";
-}
+using test::messageOf;
 
 TEST(FrameSpec, ReadsWhatUsdrecordReads) {
     using Frames = std::vector<double>;
@@ -44,8 +36,8 @@ TEST(FrameSpec, ReadsWhatUsdrecordReads) {
 TEST(FrameSpec, NamesWhatItCannotRead) {
     for (const char* bad : {"", "a", "1:", ":4", "1:2:3", "1:4x", "1:4x0", "1:4x-1", "4:1x1", "1,,2", "1,", "1 2",
                             "nan", "inf", "1:inf", "1:1e9", "0:1x1e-9", "1x2"})
-        EXPECT_NE(errorOf([&] { parseFrameSpec(bad); }).find("bad frames: --frames"), std::string::npos) << bad;
-    EXPECT_NE(errorOf([] { parseFrameSpec("1:4,b"); }).find("--frames b"), std::string::npos);
+        EXPECT_NE(messageOf([&] { parseFrameSpec(bad); }).find("bad frames: --frames"), std::string::npos) << bad;
+    EXPECT_NE(messageOf([] { parseFrameSpec("1:4,b"); }).find("--frames b"), std::string::npos);
 }
 
 TEST(OutputName, PutsTheFrameNumberWhereTheRunIs) {
@@ -64,10 +56,10 @@ TEST(OutputName, PutsTheFrameNumberWhereTheRunIs) {
 TEST(OutputName, FramesNeedNamesOfTheirOwn) {
     OutputName("out.exr").checkFor({5});
     OutputName("out.#.exr").checkFor({1, 2, 300});
-    EXPECT_NE(errorOf([] { OutputName("out.exr").checkFor({1, 2}); }).find("put ####"), std::string::npos);
-    EXPECT_NE(errorOf([] { OutputName("out.##.exr").checkFor({1, 1.25}); }).find("####.###"), std::string::npos);
+    EXPECT_NE(messageOf([] { OutputName("out.exr").checkFor({1, 2}); }).find("put ####"), std::string::npos);
+    EXPECT_NE(messageOf([] { OutputName("out.##.exr").checkFor({1, 1.25}); }).find("####.###"), std::string::npos);
     OutputName("out.##.##.exr").checkFor({1, 1.25});
-    EXPECT_NE(errorOf([] { OutputName("out.##.exr").checkFor({0.5}); }).find("####.###"), std::string::npos);
+    EXPECT_NE(messageOf([] { OutputName("out.##.exr").checkFor({0.5}); }).find("####.###"), std::string::npos);
     OutputName("out.exr").checkFor({0.5});
 }
 
@@ -84,7 +76,7 @@ TEST(Progress, TellsShareFrameAndTime) {
 }
 
 TEST(Outputs, RejectsBadAovs) {
-    const auto message = [](std::vector<std::string> aovs) { return errorOf([&] { Outputs("out.exr", aovs, {}); }); };
+    const auto message = [](std::vector<std::string> aovs) { return messageOf([&] { Outputs("out.exr", aovs, {}); }); };
     for (const char* bad : {"depth", "=x.exr", "depth="})
         EXPECT_NE(message({bad}).find("NAME=FILE"), std::string::npos) << bad;
     EXPECT_NE(message({"depth=./out.exr"}).find("same name"), std::string::npos);

@@ -3,6 +3,7 @@
 #include "core/log.h"
 #include "core/pfm.h"
 #include "core/text.h"
+#include "errors.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -16,6 +17,7 @@
 namespace trilume {
 namespace {
 namespace fs = std::filesystem;
+using test::errorOf;
 
 class TemporaryFolder {
 public:
@@ -28,17 +30,6 @@ public:
 
     fs::path path;
 };
-
-template<class F>
-Error errorOf(F&& f) {
-    try {
-        f();
-    } catch (const Error& error) {
-        return error;
-    }
-    ADD_FAILURE() << "nothing was thrown";
-    return runError("", "", "");
-}
 
 TEST(Error, IsOneLineOfWhatWhereHint) {
     const Error error = inputError("bad\nvalue", "stage.usda", "\ngive a number\n");

@@ -1,5 +1,5 @@
-#include "core/error.h"
 #include "core/file.h"
+#include "errors.h"
 #include "plugin/registry.h"
 
 #include <gtest/gtest.h>
@@ -15,6 +15,7 @@
 namespace trilume {
 namespace {
 namespace fs = std::filesystem;
+using test::messageOf;
 
 /// Through the registry, as the command does: the plugin is found by its plugin.json and loaded on first use.
 class ImageIo : public testing::Test {
@@ -25,15 +26,6 @@ protected:
     }
     ~ImageIo() override { fs::remove_all(folder); }
 
-    std::string errorOf(const std::function<void()>& f) {
-        try {
-            f();
-        } catch (const Error& error) {
-            EXPECT_EQ(error.fault(), Fault::Input);
-            return error.what();
-        }
-        return "nothing was thrown";
-    }
     Texture roundTrip(const char* file, const ImageData& image, ColorSpace colorSpace = ColorSpace::Auto) {
         registry.writeImage(folder / file, image);
         return registry.readTexture(folder / file, colorSpace);
@@ -87,7 +79,7 @@ TEST_F(ImageIo, VolumesAreNoTextures) {
     std::string bytes(reinterpret_cast<const char*>(header.data()), sizeof header);
     bytes += std::string(size_t{4} * kSide * kSide * kSlices, '\x7f');
     std::ofstream(folder / "volume.dds", std::ios::binary) << bytes;
-    const std::string error = errorOf([&] { registry.readTexture(folder / "volume.dds", ColorSpace::Auto); });
+    const std::string error = messageOf([&] { registry.readTexture(folder / "volume.dds", ColorSpace::Auto); });
     EXPECT_NE(error.find("not a flat image"), std::string::npos) << error;
     EXPECT_NE(error.find("64 slices"), std::string::npos) << error;
 }
@@ -155,7 +147,7 @@ TEST_F(ImageIo, SixteenBitsBecomeLinearFloat) {
 
 TEST_F(ImageIo, BadFilesAreNamed) {
     const auto message = [&](const fs::path& path) {
-        return errorOf([&] { registry.readTexture(path, ColorSpace::Auto); });
+        return messageOf([&] { registry.readTexture(path, ColorSpace::Auto); });
     };
     EXPECT_NE(message(folder / "none.png").find("none.png"), std::string::npos);
     std::ofstream(folder / "text.png") << "this is no picture";
@@ -166,7 +158,7 @@ TEST_F(ImageIo, BadFilesAreNamed) {
     std::ofstream(folder / "half.exr", std::ios::binary) << whole.substr(0, whole.size() / 2);
     EXPECT_NE(message(folder / "half.exr").find("half.exr"), std::string::npos);
     EXPECT_NE(message(folder).find("folder"), std::string::npos);
-    EXPECT_NE(errorOf([&] { registry.writeImage(folder / "x.gif", linearImage()); }).find(".exr"), std::string::npos);
+    EXPECT_NE(messageOf([&] { registry.writeImage(folder / "x.gif", linearImage()); }).find(".exr"), std::string::npos);
 }
 
 TEST_F(ImageIo, WritingWhereNothingCanBeIsAnError) {

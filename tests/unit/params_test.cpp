@@ -1,4 +1,4 @@
-#include "core/error.h"
+#include "errors.h"
 #include "params/params.h"
 
 #include <gtest/gtest.h>
@@ -22,15 +22,7 @@ ParamTable makeTable() {
     return table;
 }
 
-std::string messageOf(const std::function<void()>& f) {
-    try {
-        f();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.fault(), Fault::Input);
-        return error.what();
-    }
-    return "nothing was thrown";
-}
+using test::messageOf;
 
 class ParamSetTest : public testing::Test {
 protected:

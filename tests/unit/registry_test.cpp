@@ -1,8 +1,8 @@
 // The registry without loading any library: manifests, techniques, files and their errors. tests/abi loads plugins.
 
-#include "core/error.h"
 #include "core/file.h"
 #include "core/log.h"
+#include "errors.h"
 #include "plugin/registry.h"
 
 #include <gtest/gtest.h>
@@ -14,6 +14,7 @@ namespace trilume {
 namespace {
 
 namespace fs = std::filesystem;
+using test::errorOf;
 
 constexpr const char* kTechniques = R"([
   {"name": "raytrace", "nodes": ["visibility", "raytrace"], "rank": 1},
@@ -50,15 +51,6 @@ protected:
         for (const std::string& w : warnings_)
             if (w.find(part) != std::string::npos) return true;
         return false;
-    }
-    template<class F>
-    static Error errorOf(F f) {
-        try {
-            f();
-        } catch (const Error& e) {
-            return e;
-        }
-        throw std::logic_error("nothing was thrown");
     }
     static void expectError(const Error& error, Fault fault, std::string_view what, std::string_view where,
                             std::string_view hint) {
