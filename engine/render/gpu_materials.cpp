@@ -32,11 +32,10 @@ glm::vec3 meanOf(const Texture& texture) {
 VkSamplerAddressMode addressMode(Wrap wrap) {
     switch (wrap) {
     case Wrap::Clamp:
+    case Wrap::Black: // scene/surface.glsl looks at the coordinate: filters would draw black from beyond the edge
         return VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
     case Wrap::Mirror:
         return VK_SAMPLER_ADDRESS_MODE_MIRRORED_REPEAT;
-    case Wrap::Black:
-        return VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER;
     case Wrap::Repeat:
         break;
     }
@@ -111,6 +110,7 @@ bool GpuMaterials::updateTextures(const Scene& scene) {
                                               : VK_FORMAT_R8G8B8A8_UNORM;
         texture.image = device_.createImage(source.width, source.height, format, pixels,
                                             {addressMode(source.wrapS), addressMode(source.wrapT)}, source.name);
+        texture.black = glm::equal(glm::ivec2(int(source.wrapS), int(source.wrapT)), glm::ivec2(int(Wrap::Black)));
         texture.mean = meanOf(source);
         texture.revision = source.revision;
         changed = true;
@@ -129,6 +129,7 @@ uint32_t GpuMaterials::addInput(std::vector<shared::TextureInput>& inputs, const
     t.offset = input.uvTransform[2];
     t.image = imageIndex;
     t.channel = input.channel;
+    t.black = textures_[static_cast<size_t>(input.texture)].black;
     inputs.push_back(t);
     return static_cast<uint32_t>(inputs.size() - 1);
 }

@@ -51,6 +51,7 @@ private:
 
     struct DeviceTexture {
         gpu::Image image;
+        glm::vec2 black{0}; ///< shared::TextureInput::black
         glm::vec3 mean{0};
         uint64_t revision = 0;
     };

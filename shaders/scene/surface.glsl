@@ -140,7 +140,8 @@ vec4 textured(uint map, vec4 value, Surface s, float footprint) {
     const vec2 size = vec2(textureSize(textures[nonuniformEXT(t.image)], 0));
     const float stretch = sqrt(abs(t.du.x * t.dv.y - t.du.y * t.dv.x) * size.x * size.y);
     const float lod = log2(max(footprint * s.uvDensity * stretch, 1.0));
-    const vec4 texel = sampleTexture(t.image, st, lod);
+    const vec2 beyond = vec2(greaterThan(abs(st - 0.5), vec2(0.5)));
+    const vec4 texel = dot(beyond, t.black) > 0.0 ? vec4(0.0) : sampleTexture(t.image, st, lod);
     return (t.channel < 0 ? texel : vec4(texel[t.channel])) * t.scale + t.bias;
 }
 

@@ -49,6 +49,7 @@ struct TextureInput {
     vec2 offset;
     uint image;  // bindless index
     int channel; // -1: rgb
+    vec2 black;  // 1 for each coordinate that is black beyond [0,1], else 0
 };
 
 TL_DECLARE_REF(Material)

@@ -62,7 +62,7 @@ const std::map<std::string, StructLayout> kHostLayouts = {
               specular, clearcoat, clearcoatRoughness, clearcoatIor, opacity, opacityThreshold, flags, baseColorMap,
               metallicMap, roughnessMap, emissionMap, opacityMap, normalMap, specularColorMap, clearcoatMap,
               clearcoatRoughnessMap, transmissionMap),
-    TL_LAYOUT(TextureInput, scale, bias, du, dv, offset, image, channel),
+    TL_LAYOUT(TextureInput, scale, bias, du, dv, offset, image, channel, black),
     TL_LAYOUT(RaytracePush, frame, points, direct),
     TL_LAYOUT(PathtracePush, frame, points, direct, caustic, indirect, maxDepth, rouletteDepth),
     TL_LAYOUT(DenoiseSurface, position, normal, albedo, frames, chain),
