@@ -187,8 +187,12 @@ void DdgiNode::restart(graph::FrameContext& context) {
     // Probes find their places, then many bounces by few rays, then means begin.
     updateVolumes(context, shared::kProbeUpdateRestart);
     for (uint32_t i = 0; i < kPlacingRounds; ++i) updateVolumes(context, shared::kProbeUpdateMoved);
-    for (int64_t bounce = context.params.getInt("ddgi.bounces"); bounce > 0; --bounce)
-        updateVolumes(context, shared::kProbeUpdateBounce);
+    const int64_t bounces = context.params.getInt("ddgi.bounces"), half = bounces / 2;
+    for (int64_t bounce = 0; bounce < bounces; ++bounce) {
+        const bool tallied = half >= 2 && (bounce == half - 2 || bounce == half - 1);
+        updateVolumes(context, shared::kProbeUpdateBounce | (tallied ? shared::kProbeUpdateTally : 0));
+        if (half >= 2 && bounce == half - 1) growVolumes(context);
+    }
     for (uint32_t i = 0; i < kFirstRounds; ++i) updateVolumes(context, shared::kProbeUpdateActive);
 }
 
@@ -207,6 +211,17 @@ void DdgiNode::followCamera(graph::FrameContext& context) {
 
 void DdgiNode::updateVolumes(graph::FrameContext& context, uint32_t flags) {
     for (uint32_t volume = 0; volume < count_; ++volume) updateProbes(context, volume, flags);
+}
+
+void DdgiNode::growVolumes(graph::FrameContext& context) {
+    for (uint32_t volume = 0; volume < count_; ++volume) {
+        shared::ProbeUpdatePush push{};
+        push.frame = context.frame;
+        push.volume = context.resources.address(volumes_) + volume * sizeof(shared::ProbeVolume);
+        context.commands.dispatch(context.pipeline({"passes/ddgi/grow.comp", {}, {}}), push,
+                                  grids_[volume].probes() * shared::kProbeIrradianceNodes);
+        context.commands.barrier();
+    }
 }
 
 bool DdgiNode::settled(const graph::FrameContext& context) const {
@@ -286,6 +301,7 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t volume, uint3
     if (wakes) run("wake", all, {volumesDefine()});
     run("select", all);
     run("trace", graph::spread(expected * begin.rays), {volumesDefine(), cacheDefine()});
+    if ((flags & shared::kProbeUpdateTally) != 0) run("tally", 1);
     run("judge", graph::spread(expected));
     run("blend", graph::spread(expected * shared::kSpreadGroupSize));
 }

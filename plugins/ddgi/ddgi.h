@@ -50,6 +50,8 @@ private:
     /// round is of those that it came to.
     void updateProbes(graph::FrameContext& context, uint32_t volume, uint32_t flags, glm::ivec3 shift = glm::ivec3(0));
     void updateVolumes(graph::FrameContext& context, uint32_t flags);
+    /// Raises the light of all probes to what all bounces would make of it, as the last round was tallied.
+    void growVolumes(graph::FrameContext& context);
     void gather(graph::FrameContext& context);
     std::pair<std::string, std::string> volumesDefine() const;
     std::pair<std::string, std::string> cacheDefine() const;

@@ -52,11 +52,11 @@ static void registerPlugin(trilume::Registry& registry) {
                        .doc = "Share of ddgi.budget that refines the probes of a scene which stands still, spent in "
                               "one of up to eight frames; 0: hardly any."});
     registry.addParam({.name = "ddgi.bounces",
-                       .defaultValue = int64_t{10},
+                       .defaultValue = int64_t{8},
                        .minimum = 0,
                        .maximum = 1024,
-                       .doc = "Bounces that the first frame brings at once, with few rays each; later ones come with "
-                              "later frames."});
+                       .doc = "Bounces that the first frame brings at once, with few rays each; half-way the probes' "
+                              "light is raised to what all bounces would make of it."});
     registry.addParam({.name = "ddgi.tolerance",
                        .defaultValue = 0.04,
                        .minimum = 0,

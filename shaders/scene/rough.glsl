@@ -83,16 +83,24 @@ vec3 scatteredDirect(RoughHit hit, inout Sampler rng) {
     return directLight(hit.shading, light, false);
 }
 
-// All that the surface scatters back along the ray, direct light by one light sample. `direct` is its part in the sum, for
-// those who ask where light falls. TL_CAUSTIC_CACHE: whether there is a cache.
-vec3 scatteredLight(ProbeVolumeRef volumes, CausticPatchRef cache, RoughHit hit, inout Sampler rng, out vec3 direct) {
-    direct = scatteredDirect(hit, rng);
+// What the surface scatters back along the ray.
+struct ScatteredLight {
+    vec3 direct;  // by one light sample
+    vec3 caustic; // TL_CAUSTIC_CACHE: whether there is a cache
+    vec3 probes;  // that probes know
+};
+
+ScatteredLight scatteredLight(ProbeVolumeRef volumes, CausticPatchRef cache, RoughHit hit, inout Sampler rng) {
+    ScatteredLight light;
+    light.direct = scatteredDirect(hit, rng);
     const vec3 albedo = bsdfSmoothAlbedo(hit.shading.bsdf);
-    vec3 sum = direct + scatteredProbeLight(volumes, hit.shading, albedo);
 #if TL_CAUSTIC_CACHE
-    sum += scatteredCaustic(cache, hit, albedo);
+    light.caustic = scatteredCaustic(cache, hit, albedo);
+#else
+    light.caustic = vec3(0.0);
 #endif
-    return hit.throughput * sum;
+    light.probes = scatteredProbeLight(volumes, hit.shading, albedo);
+    return light;
 }
 
 #endif

@@ -57,6 +57,8 @@ struct ProbeVolume {
     uint rays;     // of each probe in this round
     uint period;   // an awake probe is updated once in so many rounds
     uint round;    // of turns since the volume began: a frame's index may begin anew with each picture
+    vec3 seen;     // by all rays of the last round that was tallied, radiance
+    vec3 growth;   // of the probes' light until all bounces are in it
 };
 
 TL_DECLARE_ALIGNED_REF(ProbeVolume, 8)
@@ -65,7 +67,7 @@ struct ProbeRay {
     vec3 direction;
     float distance; // to the first surface, spacings; kProbeRayMissed: none
     vec3 radiance;  // scattered towards the probe, W/(m^2 sr)
-    uint flags;     // kProbeRay*
+    uint flags;     // kProbeRay*; upper bytes, in tallied rounds: what part of radiance probes told, by channel
 };
 TL_CONST float kProbeRayMissed = 1e30f;
 TL_CONST uint kProbeRayBack = 1; // the surface was met from behind
@@ -122,6 +124,7 @@ TL_CONST uint kProbeUpdateChanged = 32;   // the scene is another than in the la
 TL_CONST uint kProbeUpdateRelit = 64;     // its lights are
 TL_CONST uint kProbeUpdateRoused = 128;   // and it had been at rest
 TL_CONST uint kProbeUpdateScrolled = 256; // the volume has moved: probes that it had not had before begin anew
+TL_CONST uint kProbeUpdateTally = 512;    // rays are summed up, for `growth`
 
 // What probes told a pixel when it was looked up last, and of which triangle.
 struct ProbeLookup {

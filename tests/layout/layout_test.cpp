@@ -95,7 +95,7 @@ const std::map<std::string, StructLayout> kHostLayouts = {
     TL_LAYOUT(Probe, offset, flags, count, seen, spared, backShare, updates, watch, moves, settle, fast, last,
               variance),
     TL_LAYOUT(ProbeVolume, probes, irradiance, distances, origin, spacing, steps, probeCount, counts, scroll, selected,
-              awake, serving, rays, period, round),
+              awake, serving, rays, period, round, seen, growth),
     TL_LAYOUT(ProbeRay, direction, distance, radiance, flags),
     TL_LAYOUT(ProbeTurn, probe, irradianceWeight, distanceWeight),
     TL_LAYOUT(ProbeBeginPush, frame, volume, probes, irradiance, distances, origin, spacing, steps, counts, scroll,

@@ -61,6 +61,15 @@ def test_closed_furnace(render, tmp_path, gather, volumes):
     assert metrics.block_means(picture, 6) == pytest.approx(0.36 / 0.4, rel=0.05)
 
 
+@pytest.mark.parametrize("volumes", [1, 3])
+def test_all_bounces_between_bright_walls_at_once(render, tmp_path, volumes):
+    """Albedo 0.9, the first frame: twelve bounces by themselves find 0.75 of the light."""
+    pictures = render.seeds(furnace(tmp_path, albedo=0.9), *DDGI, *FEW, "--denoise", "off",
+                            "--set", f"ddgi.volumes={volumes}", count=4)
+    indirect = pictures.mean() - 1 - 0.9  # what is emitted, and its first bounce, both the same everywhere
+    assert indirect == pytest.approx(0.81 / 0.1, rel=0.05)
+
+
 @pytest.mark.parametrize("scale, emission", [(1e-3, 1), (1e3, 1), (1, 1e-5), (1, 1e5)])
 def test_scaled_furnace(render, tmp_path, scale, emission):
     """The same image, or the same times the emission."""

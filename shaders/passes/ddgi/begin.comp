@@ -32,5 +32,7 @@ void main() {
         volume.rays = clamp(push.budget / max(awake, 1u) & ~3u, push.fewest, push.rays);
         volume.period = max((awake * volume.rays + push.budget - 1u) / push.budget, 1u);
     }
+    volume.seen = push.volume.v[0].seen;
+    volume.growth = push.volume.v[0].growth;
     push.volume.v[0] = volume;
 }

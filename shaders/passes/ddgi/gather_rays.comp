@@ -27,8 +27,8 @@ vec3 gatherByRay(Shading shading, float footprint, inout Sampler rng) {
     const RoughHit hit =
         traceToRough(offsetRayOrigin(s.position, sideTowards(s, direction), s.extent), direction, footprint, rng);
     if (!hit.found) return vec3(0.0);
-    vec3 direct;
-    return chosen.weight * (1.0 - pSkipped) * scatteredLight(push.volumes, push.causticCache, hit, rng, direct);
+    const ScatteredLight light = scatteredLight(push.volumes, push.causticCache, hit, rng);
+    return chosen.weight * (1.0 - pSkipped) * hit.throughput * (light.direct + light.caustic + light.probes);
 }
 
 void main() {

@@ -21,8 +21,16 @@ ProbeRay traceProbeRay(vec3 origin, vec3 direction, float spacing, inout Sampler
     const bool placing = (push.flags & (kProbeUpdateRestart | kProbeUpdateMoved)) != 0u;
     if (!hit.found || (placing && !hit.back)) return ray;
     vec3 direct;
-    if (placing) direct = scatteredDirect(hit, rng);
-    else ray.radiance = scatteredLight(push.volumes, push.causticCache, hit, rng, direct);
+    if (placing) {
+        direct = scatteredDirect(hit, rng);
+    } else {
+        const ScatteredLight light = scatteredLight(push.volumes, push.causticCache, hit, rng);
+        direct = light.direct;
+        const vec3 sum = direct + light.caustic + light.probes;
+        ray.radiance = hit.throughput * sum;
+        if ((push.flags & kProbeUpdateTally) != 0u)
+            ray.flags |= packUnorm4x8(vec4(0.0, mix(light.probes / sum, vec3(0.0), lessThanEqual(sum, vec3(0.0)))));
+    }
     if (!hit.specular && maxComponent(direct) > 0.0) ray.flags |= kProbeRayLit;
     return ray;
 }
