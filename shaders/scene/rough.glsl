@@ -1,4 +1,4 @@
-// From a ray to the first surface that is rough, through mirrors and glass, and the light that scatters there.
+// From a ray to the first surface that is rough and does not let light through, and the light that scatters there.
 #ifndef TL_SCENE_ROUGH_GLSL
 #define TL_SCENE_ROUGH_GLSL
 
@@ -13,16 +13,24 @@ struct RoughHit {
     Shading shading;  // of the rough surface
     uint instance;    // whose surface it is
     vec3 throughput;  // of the chain before it; divided by the probability of having stopped there
+    vec3 passed;      // direct light that rough glass on the way scatters along the ray
     float footprint;
     float distance;   // to the first surface, rough or not, metres; kFloatMax: none
     bool back;        // the first surface was met from behind
     bool specular;    // the first surface is not the rough one
 };
 
+// Direct light that a surface scatters towards wo, by one light sample.
+vec3 scatteredDirect(Shading shading, inout Sampler rng) {
+    return directLight(shading, sampleNearbyDirect(shading.surface.position, shading.frame[2], rng), false);
+}
+
+// Probes do not know what is behind frosted glass: the ray goes on through it, too.
 RoughHit traceToRough(vec3 origin, vec3 direction, float footprint, inout Sampler rng) {
     RoughHit result;
     result.found = result.back = result.specular = false;
     result.throughput = vec3(1.0);
+    result.passed = vec3(0.0);
     result.distance = kFloatMax;
     result.footprint = footprint;
     for (uint bounce = 0u; bounce <= kMaxChain; ++bounce) {
@@ -43,10 +51,15 @@ RoughHit traceToRough(vec3 origin, vec3 direction, float footprint, inout Sample
             specular = u.z < pSpecular;
         }
         if (!specular) {
-            if (pSpecular < 1.0) result.throughput /= 1.0 - pSpecular;
-            result.found = pSpecular < 1.0;
-            result.instance = hit.instance;
-            break;
+            const vec3 throughput = pSpecular < 1.0 ? result.throughput / (1.0 - pSpecular) : vec3(0.0);
+            if (!bsdfRefractsRoughly(result.shading.bsdf)) {
+                result.throughput = throughput;
+                result.found = pSpecular < 1.0;
+                result.instance = hit.instance;
+                break;
+            }
+            result.passed += throughput * scatteredDirect(result.shading, rng);
+            if (pSpecular == 0.0) u = sample3D(rng);
         }
         result.specular = true;
         const BsdfSample chosen = bsdfSample(result.shading.bsdf, result.shading.woLocal, u);
@@ -77,12 +90,6 @@ vec3 scatteredCaustic(CausticPatchRef cache, RoughHit hit, vec3 albedo) {
            cachedCausticIrradiance(cache, hit.instance, s.position, sideTowards(s, hit.shading.wo));
 }
 
-// Direct light that the surface scatters back along the ray, by one light sample.
-vec3 scatteredDirect(RoughHit hit, inout Sampler rng) {
-    const DirectSample light = sampleNearbyDirect(hit.shading.surface.position, hit.shading.frame[2], rng);
-    return directLight(hit.shading, light, false);
-}
-
 // What the surface scatters back along the ray.
 struct ScatteredLight {
     vec3 direct;  // by one light sample
@@ -92,7 +99,7 @@ struct ScatteredLight {
 
 ScatteredLight scatteredLight(ProbeVolumeRef volumes, CausticPatchRef cache, RoughHit hit, inout Sampler rng) {
     ScatteredLight light;
-    light.direct = scatteredDirect(hit, rng);
+    light.direct = scatteredDirect(hit.shading, rng);
     const vec3 albedo = bsdfSmoothAlbedo(hit.shading.bsdf);
 #if TL_CAUSTIC_CACHE
     light.caustic = scatteredCaustic(cache, hit, albedo);

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+import bpt_stages
 import harness
 from trilume_bench import metrics
 
@@ -108,6 +109,24 @@ def test_five_boxes_are_as_bright_as_one(render):
     assert five.mean() / one.mean() == pytest.approx(1, abs=0.03)
     dark, _ = indirect(render, "five_boxes", *options, "--set", "light.selection=uncompensated")
     assert dark.mean() / five.mean() == pytest.approx(0.2, rel=0.03)
+
+
+def test_light_through_frosted_glass(render, tmp_path):
+    """A pane of rough glass before a lamp and a wall: rays go on through both its faces. (What probes hold of it is noisy, and
+    roots take noise for darkness.)"""
+    stage = bpt_stages.make_stage(tmp_path / "frosted.usda", camera=(0, 1, 4.5))
+    bpt_stages.room(stage)
+    frosted = bpt_stages.material(stage, "Frosted", diffuseColor=(0.9, 1, 0.9), ior=1.5, opacity=0.0, roughness=0.3)
+    corners = [(x, y, z) for z in (0.95, 1.05) for y in (0.4, 1.6) for x in (-0.8, 0.8)]
+    bpt_stages.mesh(stage, "Pane", corners, [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]],
+                    frosted)
+    bpt_stages.light(stage, "SphereLight", "Lamp", 40, (0, 1, -1), radius=0.2)
+    stage.Save()
+    expected, _ = indirect(render, stage.GetRootLayer().realPath, "-t", "pathtrace", "--spp", 2048)
+    picture, _ = indirect(render, stage.GetRootLayer().realPath, *DDGI, "--warmup", 16, "--spp", 256)
+    pane = (slice(4, 14), slice(11, 21))
+    assert picture[pane].mean() == pytest.approx(expected[pane].mean(), rel=0.06)
+    assert picture.mean() == pytest.approx(expected.mean(), rel=0.05)
 
 
 def test_resampled_lights_bring_what_lights_bring(render, tmp_path):

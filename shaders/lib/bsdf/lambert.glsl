@@ -9,6 +9,7 @@ struct Bsdf {
 Bsdf bsdfPrepare(BsdfParams p, vec3 wo, bool frontSide, uint transport) { return Bsdf(saturate(p.baseColor)); }
 
 bool bsdfHasSmooth(Bsdf b) { return !isBlack(b.albedo); }
+bool bsdfRefractsRoughly(Bsdf b) { return false; }
 float bsdfDeltaProbability(Bsdf b) { return 0.0; }
 float bsdfSharpestRoughness(Bsdf b) { return 1.0; }
 vec3 bsdfAlbedo(Bsdf b) { return b.albedo; }

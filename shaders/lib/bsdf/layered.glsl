@@ -246,6 +246,15 @@ bool coatIsDelta(Bsdf b) { return b.coatAlpha == 0.0; }
 bool coatIsDelta(Bsdf b) { return true; }
 #endif
 
+// Whether a part of the light goes through that no delta lobe carries.
+bool bsdfRefractsRoughly(Bsdf b) {
+#if TL_BSDF_TRANSMISSION && TL_BSDF_ROUGH
+    return b.dielectric > 0.0 && b.alpha > 0.0;
+#else
+    return false;
+#endif
+}
+
 // Probability that bsdfSample takes a delta lobe, which it does where u.z is below it.
 float bsdfDeltaProbability(Bsdf b) {
     float p = coatIsDelta(b) ? b.pCoat : 0.0;

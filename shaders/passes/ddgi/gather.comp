@@ -58,7 +58,7 @@ void main() {
         const uint index = pixelIndex(ownPixel(entry % threads, entry / threads));
         const VisiblePoint point = push.points.v[index];
         const Shading shading = shadeVisiblePoint(point);
-        const vec3 albedo = bsdfCosineAlbedo(shading.bsdf);
+        const vec3 albedo = bsdfRefractsRoughly(shading.bsdf) ? vec3(0.0) : bsdfCosineAlbedo(shading.bsdf);
         const vec3 radiance = point.throughput * scatteredProbeLight(push.volumes, shading, albedo);
         push.indirect.v[index] = radiance;
         push.lookups.v[index] = ProbeLookup(radiance, point.chain == 0u ? point.instance : kNone, point.primitive);

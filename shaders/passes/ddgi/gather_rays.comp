@@ -1,5 +1,5 @@
-// Light of two or more bounces by one ray of the BSDF a pixel, from the probes where it arrives: of all lobes (TL_FINAL 1), or
-// of rough reflections, in addition to what gather.comp has told of diffuse ones (TL_FINAL 0).
+// Light of two or more bounces by one ray of the BSDF a pixel, from the probes where it arrives: of all lobes (TL_FINAL 1, and
+// where light goes through), or of rough reflections, in addition to what gather.comp has told of diffuse ones (TL_FINAL 0).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -26,9 +26,12 @@ vec3 gatherByRay(Shading shading, float footprint, inout Sampler rng) {
     const Surface s = shading.surface;
     const RoughHit hit =
         traceToRough(offsetRayOrigin(s.position, sideTowards(s, direction), s.extent), direction, footprint, rng);
-    if (!hit.found) return vec3(0.0);
-    const ScatteredLight light = scatteredLight(push.volumes, push.causticCache, hit, rng);
-    return chosen.weight * (1.0 - pSkipped) * hit.throughput * (light.direct + light.caustic + light.probes);
+    vec3 radiance = hit.passed;
+    if (hit.found) {
+        const ScatteredLight light = scatteredLight(push.volumes, push.causticCache, hit, rng);
+        radiance += hit.throughput * (light.direct + light.caustic + light.probes);
+    }
+    return chosen.weight * (1.0 - pSkipped) * radiance;
 }
 
 void main() {
@@ -43,7 +46,7 @@ void main() {
     if (point.instance != kNone) {
         Shading shading = shadeVisiblePoint(point);
 #if !TL_FINAL
-        shading.bsdf = bsdfWithoutCosine(shading.bsdf);
+        if (!bsdfRefractsRoughly(shading.bsdf)) shading.bsdf = bsdfWithoutCosine(shading.bsdf);
 #endif
         Sampler rng = pixelSampler(pixel);
         // Numbers of its own: those that follow the visible point's are the direct light's.

@@ -19,17 +19,18 @@ ProbeRay traceProbeRay(vec3 origin, vec3 direction, float spacing, inout Sampler
     ProbeRay ray = ProbeRay(direction, distance, vec3(0.0), hit.back ? kProbeRayBack : 0u);
     // Probes that look for their places need to know only which backs are lit, and may not ask volumes that have not begun.
     const bool placing = (push.flags & (kProbeUpdateRestart | kProbeUpdateMoved)) != 0u;
+    if (!placing) ray.radiance = hit.passed;
     if (!hit.found || (placing && !hit.back)) return ray;
     vec3 direct;
     if (placing) {
-        direct = scatteredDirect(hit, rng);
+        direct = scatteredDirect(hit.shading, rng);
     } else {
         const ScatteredLight light = scatteredLight(push.volumes, push.causticCache, hit, rng);
         direct = light.direct;
-        const vec3 sum = direct + light.caustic + light.probes;
-        ray.radiance = hit.throughput * sum;
+        const vec3 known = hit.throughput * light.probes;
+        ray.radiance += hit.throughput * (direct + light.caustic) + known;
         if ((push.flags & kProbeUpdateTally) != 0u)
-            ray.flags |= packUnorm4x8(vec4(0.0, mix(light.probes / sum, vec3(0.0), lessThanEqual(sum, vec3(0.0)))));
+            ray.flags |= packUnorm4x8(vec4(0.0, mix(known / ray.radiance, vec3(0.0), lessThanEqual(ray.radiance, vec3(0.0)))));
     }
     if (!hit.specular && maxComponent(direct) > 0.0) ray.flags |= kProbeRayLit;
     return ray;
