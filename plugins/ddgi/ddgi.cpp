@@ -301,8 +301,8 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t volume, uint3
     if (wakes) run("wake", all, {volumesDefine()});
     run("select", all);
     run("trace", graph::spread(expected * begin.rays), {volumesDefine(), cacheDefine()});
-    if ((flags & shared::kProbeUpdateTally) != 0) run("tally", 1);
     run("judge", graph::spread(expected));
+    if ((flags & shared::kProbeUpdateTally) != 0) run("tally", 1);
     run("blend", graph::spread(expected * shared::kSpreadGroupSize));
 }
 

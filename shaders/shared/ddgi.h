@@ -30,7 +30,7 @@ struct Probe {
     uint moves;      // that it may still make
     uint settle;     // updates for which the mean follows a change of the light at once
     // Luminance of the irradiance along the axes (x, y, z; -x, -y, -z), W/m^2: a fast mean, the last update's, and the
-    // variance of one update.
+    // variance of one update. In tallied rounds `last` holds what its rays see in all, and what of that probes told.
     vec3 fast[2];
     vec3 last[2];
     vec3 variance[2];

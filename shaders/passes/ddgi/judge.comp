@@ -201,6 +201,14 @@ void main() {
                 probe.seen += part;
             }
         }
+        if ((push.flags & kProbeUpdateTally) != 0u) {
+            probe.last[0] = probe.last[1] = vec3(0.0);
+            for (uint i = 0u; i < volume.rays; ++i) {
+                const ProbeRay ray = push.rays.v[entry * volume.rays + i];
+                probe.last[0] += ray.radiance;
+                probe.last[1] += ray.radiance * unpackUnorm4x8(ray.flags).yzw;
+            }
+        }
         if (bounce || placing) {
             probe.count = 0.0;
             turn.irradianceWeight = 1.0;

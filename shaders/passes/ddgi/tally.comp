@@ -18,12 +18,14 @@ shared vec3 seen[gl_WorkGroupSize.x], known[gl_WorkGroupSize.x];
 
 void main() {
     ProbeVolume volume = push.volume.v[0];
-    const uint thread = gl_LocalInvocationID.x, total = volume.selected * volume.rays;
+    const uint thread = gl_LocalInvocationID.x;
     seen[thread] = known[thread] = vec3(0.0);
-    for (uint i = thread; i < total; i += gl_WorkGroupSize.x) {
-        const ProbeRay ray = push.rays.v[i];
-        seen[thread] += ray.radiance;
-        known[thread] += ray.radiance * unpackUnorm4x8(ray.flags).yzw;
+    // By probe, not by place in the list of turns: sums in any order would round differently.
+    for (uint i = thread; i < volume.probeCount; i += gl_WorkGroupSize.x) {
+        const Probe probe = volume.probes.v[i];
+        if ((probe.flags & kProbeActive) == 0u) continue;
+        seen[thread] += probe.last[0];
+        known[thread] += probe.last[1];
     }
     barrier();
     if (thread != 0u) return;
