@@ -18,6 +18,7 @@ constexpr uint32_t kScrolledRounds = 2;  // of their means
 constexpr uint32_t kScrolledFrames = 8;  // for which they get the whole budget
 constexpr float kRefinement = 4;         // of the spacing, from a volume to the next
 constexpr uint32_t kRelitFrames = 16;    // after a change of the lights, in which probes spare rays for more turns
+constexpr uint32_t kStartFrames = 16;    // after which means rest
 constexpr uint32_t kFollowFrames = 32;   // after a change of the scene, for which probes get the whole budget
 constexpr uint32_t kAverageRays = 8192;  // in a frame of an average, or as many as pixels
 constexpr double kRestPeriod = 8;        // frames of a scene that stands still, at most, of which one updates probes
@@ -150,9 +151,10 @@ void DdgiNode::execute(graph::FrameContext& context) {
     const bool roused = changed && followFrames_ == 0;
     relitFrames_ = relit ? kRelitFrames : relitFrames_ - std::min(relitFrames_, 1u);
     scrolledFrames_ -= std::min(scrolledFrames_, 1u);
-    if (restarts)
-        followFrames_ = scrolledFrames_ = relitFrames_ = restFrames_ = standingFrames_ = 0;
-    else if (changed)
+    if (restarts) {
+        followFrames_ = kStartFrames;
+        scrolledFrames_ = relitFrames_ = restFrames_ = standingFrames_ = 0;
+    } else if (changed)
         followFrames_ = std::max(kFollowFrames * probes() / kFirstProbes, kFollowFrames);
     else if (followFrames_ > 0)
         --followFrames_;
@@ -186,7 +188,8 @@ void DdgiNode::restart(graph::FrameContext& context) {
     }
     // Probes find their places, then many bounces by few rays, then means begin.
     updateVolumes(context, shared::kProbeUpdateRestart);
-    for (uint32_t i = 0; i < kPlacingRounds; ++i) updateVolumes(context, shared::kProbeUpdateMoved);
+    for (uint32_t i = 1; i < kPlacingRounds; ++i) updateVolumes(context, shared::kProbeUpdateMoved);
+    updateVolumes(context, shared::kProbeUpdateMoved | shared::kProbeUpdatePlaced);
     const int64_t bounces = context.params.getInt("ddgi.bounces"), half = bounces / 2;
     for (int64_t bounce = 0; bounce < bounces; ++bounce) {
         const bool tallied = half >= 2 && (bounce == half - 2 || bounce == half - 1);
@@ -203,7 +206,7 @@ void DdgiNode::followCamera(graph::FrameContext& context) {
         scrolledFrames_ = kScrolledFrames;
         const auto round = [&](uint32_t flags) { updateProbes(context, volume, flags, shift); };
         round(shared::kProbeUpdateScrolled | shared::kProbeUpdateMoved);
-        round(shared::kProbeUpdateMoved);
+        round(shared::kProbeUpdateMoved | shared::kProbeUpdatePlaced);
         for (uint32_t i = 0; i < kScrolledBounces; ++i) round(shared::kProbeUpdateBounce | shared::kProbeUpdateFresh);
         for (uint32_t i = 0; i < kScrolledRounds; ++i) round(shared::kProbeUpdateFresh);
     }

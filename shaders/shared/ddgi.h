@@ -44,10 +44,11 @@ TL_CONST uint kProbeVolumes = 4; // at most
 struct ProbeVolume {
     TL_REF(Probe) probes;
     TL_REF(vec3) irradiance; // kProbeIrradianceNodes for each probe, W/m^2
-    TL_REF(uint) distances;  // kProbeDistanceNodes for each probe: half floats, mean and standard deviation, spacings
-    vec3 origin;             // of probe (0, 0, 0), render space
-    float spacing;           // metres
-    vec3 steps;              // between probes along each axis, metres
+    TL_REF(uint)
+    distances;     // kProbeDistanceNodes for each probe: half floats, mean and standard deviation of log2 of spacings
+    vec3 origin;   // of probe (0, 0, 0), render space
+    float spacing; // metres
+    vec3 steps;    // between probes along each axis, metres
     uint probeCount;
     uvec3 counts;
     uvec3 scroll;  // where probe (0, 0, 0) stands in memory, which wraps around along each axis
@@ -125,6 +126,7 @@ TL_CONST uint kProbeUpdateRelit = 64;     // its lights are
 TL_CONST uint kProbeUpdateRoused = 128;   // and it had been at rest
 TL_CONST uint kProbeUpdateScrolled = 256; // the volume has moved: probes that it had not had before begin anew
 TL_CONST uint kProbeUpdateTally = 512;    // rays are summed up, for `growth`
+TL_CONST uint kProbeUpdatePlaced = 1024;  // of those that have just moved, the last round: they stay where they are
 
 // What probes told a pixel when it was looked up last, and of which triangle.
 struct ProbeLookup {

@@ -14,7 +14,7 @@ layout(push_constant, scalar) uniform Push { ProbeUpdatePush push; };
 layout(local_size_x = 64) in;
 
 const float kMinimumDistance = 0.06; // of a probe from what it sees, in spacings
-const float kGeometryShare = 0.25;   // of the surfaces met, those met from behind, above which a probe is in geometry
+const float kGeometryShare = 0.6;   // of the surfaces met, those met from behind, above which a probe is in geometry
 // The weight of round n is kForget / (n + kForget): light of few bounces, as the first rounds saw it, is forgotten as a power
 // of n, where a plain mean would keep it. The mean's variance is kForget^2 / (2 kForget - 1) / n that of one round.
 const float kForget = 4.0;
@@ -80,7 +80,7 @@ vec3 relocated(vec3 offset, vec3 reach, Surroundings s, bool inGeometry) {
         if (room < 0.0) {
             const vec4 open = s.farthestFront;
             if (dot(open.xyz, s.nearestFront.xyz) <= 0.0) target += open.xyz * min(open.w, kMinimumDistance);
-        } else if (away > 0.0) {
+        } else if (away > 0.0 && room > kMinimumDistance) { // or it would come and go
             target -= offset * (min(room, away) / away);
         }
     }
@@ -138,7 +138,7 @@ bool judgePlace(ProbeVolume volume, inout Probe probe, float part, Surroundings 
     const vec3 reach = kProbeReach * volume.steps / volume.spacing;
     // The first frame's means begin in places that stay: no rounds would follow for a probe that begins anew.
     // Nor do few rays tell one that serves a better place.
-    const bool stays = (push.flags & (kProbeUpdateActive | kProbeUpdateFresh)) != 0u || (part < 1.0 && (probe.flags & kProbeActive) != 0u);
+    const bool stays = (push.flags & (kProbeUpdateActive | kProbeUpdateFresh | kProbeUpdatePlaced)) != 0u || (part < 1.0 && (probe.flags & kProbeActive) != 0u);
     const bool moves = probe.moves > 0u && !stays;
     const vec3 target = moves ? relocated(offset, reach, s, inGeometry && s.backs > 0u) : offset;
     if (target != offset) {
