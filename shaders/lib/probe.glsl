@@ -12,7 +12,9 @@
 #endif
 
 const float kProbeNormalBias = 0.15; // of the lookup's position, in spacings
+const float kProbeSees = 0.25;      // visibility of a surface that a probe surely sees
 const float kProbeViewBias = 0.05;
+const float kProbeBehind = 0.02; // weight of probes behind the surface: a sheet may part them from its front
 // What probes serve lies so near their grid points along all axes, in spacings: a point is served by the probes of its cell,
 // and looked up somewhat above its surface.
 const float kProbeVoxel = 1.0 + kProbeNormalBias + kProbeViewBias;
@@ -20,7 +22,8 @@ const float kProbeCountSettling = 2.67; // of rounds that the mean irradiance co
 const float kProbeReach = 0.45;     // of relocation, in steps of the grid
 // Distances beyond 1.5 cell diagonals tell no lookup more: none is farther from its probe.
 const float kProbeFar = 2.6; // spacings
-const float kProbeVarianceFloor = 4e-4; // of distances, spacings^2
+const float kProbeNear = 0.01;           // likewise nearer ones
+const float kProbeVarianceFloor = 1e-3; // of their logarithms
 
 // Node (x, y) of an octahedral map of `side` x `side` nodes, the first and last on its border.
 vec3 probeNodeDirection(uint node, uint side) {
@@ -61,7 +64,10 @@ mat3 probeRotation(vec3 u) {
     return mat3(c * basis[0] + s * basis[1], c * basis[1] - s * basis[0], basis[2]);
 }
 
-// Distances in memory: mean and standard deviation, spacings.
+// Of distances the logarithms are averaged.
+float probeLogDistance(vec3 way) { return 0.5 * log2(max(lengthSquared(way), sqr(kProbeNear))); }
+
+// In memory: mean and standard deviation.
 uint probePackMoments(vec2 moments) {
     return packHalf2x16(vec2(moments.x, safeSqrt(moments.y - sqr(moments.x))));
 }
@@ -77,12 +83,13 @@ float probeDistanceWeight(float cosTheta) {
 }
 
 // Share of a probe's view that reaches distance `d` where distances have these mean and mean square; one-sided Chebyshev
-// bound, cubed (Majercik et al. 2019, section 4).
+// bound, to the sixth power (Majercik et al. 2019, section 4: cubed). All are logarithms: along a wall at hand distances go
+// from near to far within a lobe, and by their variance light would come through it.
 float probeVisibility(vec2 moments, float d) {
     if (d <= moments.x) return 1.0;
     const float variance = max(abs(moments.y - sqr(moments.x)), kProbeVarianceFloor);
     const float bound = variance / (variance + sqr(d - moments.x));
-    return max(bound * bound * bound, 0.05);
+    return max(sqr(bound * bound * bound), 0.05);
 }
 
 // Place in memory of the probe at coordinates `c` of the grid, along each axis.

@@ -58,7 +58,7 @@ vec3 probeFromBlend(vec3 blended) { return TL_PROBE_ROOTS ? sqr(blended) : blend
 // Sum of the square roots of the irradiance of the probes of the cell that holds `place`, each times its weight; w: of weights.
 // See below. All places in spacings, from the volume's origin.
 vec4 probeCellIrradiance(ProbeVolume volume, vec3 place, vec3 position, vec3 biased, vec3 geometricNormal,
-                         ProbeSquare square, uint required) {
+                         ProbeSquare square, bool back) {
     const vec3 steps = volume.steps / volume.spacing;
     const uvec3 base = uvec3(clamp(place / steps, vec3(0.0), vec3(volume.counts) - 2.0));
     const uvec3 slots[2] = {probeSlot(volume, base), probeSlot(volume, base + 1u)};
@@ -70,7 +70,7 @@ vec4 probeCellIrradiance(ProbeVolume volume, vec3 place, vec3 position, vec3 bia
         indices[corner] = probeIndex(volume.counts, uvec3(slots[side.x].x, slots[side.y].y, slots[side.z].z));
         const Probe probe = volume.probes.v[indices[corner]];
         positions[corner] = vec3(base + side) * steps + probe.offset / volume.spacing;
-        if ((probe.flags & required) == required) serving |= 1u << corner;
+        if ((probe.flags & kProbeActive) != 0u) serving |= 1u << corner;
     }
     vec4 sum = vec4(0.0);
     [[unroll]] for (uint corner = 0u; corner < 8u; ++corner) {
@@ -80,9 +80,11 @@ vec4 probeCellIrradiance(ProbeVolume volume, vec3 place, vec3 position, vec3 bia
         const vec3 others = vec3(positions[corner ^ 1u].x, positions[corner ^ 2u].y, positions[corner ^ 4u].z);
         const vec3 toProbe = center - position;
         const float facing = dot(toProbe, geometricNormal) * inversesqrt(max(lengthSquared(toProbe), 1e-12));
-        float weight = sqr(0.5 * facing + 0.5) + 0.2;
+        float weight = (sqr(0.5 * facing + 0.5) + 0.2) * (facing < 0.0 ? kProbeBehind : 1.0);
         const vec3 fromProbe = biased - center;
-        weight *= probeVisibility(probeMapDistance(volume, index, fromProbe == vec3(0.0) ? geometricNormal : fromProbe), length(fromProbe));
+        const float visibility = probeVisibility(probeMapDistance(volume, index, fromProbe == vec3(0.0) ? geometricNormal : fromProbe), probeLogDistance(fromProbe));
+        if (back && (facing < 0.0 || visibility < kProbeSees)) continue;
+        weight *= visibility;
         if (weight < 0.2) weight *= sqr(weight) / 0.04;
         weight *= probeShare(place, center, others);
         sum += weight * vec4(probeToBlend(probeMapIrradiance(volume, index, square)), 1.0);
@@ -94,10 +96,9 @@ vec4 probeCellIrradiance(ProbeVolume volume, vec3 place, vec3 position, vec3 bia
 vec4 probeVolumeIrradiance(ProbeVolume volume, vec3 position, vec3 geometricNormal, ProbeSquare square, vec3 wo, bool back) {
     const vec3 x = (position - volume.origin) / volume.spacing;
     const vec3 biased = x + kProbeNormalBias * geometricNormal + kProbeViewBias * wo;
-    const uint required = back ? kProbeActive | kProbeLitBack : kProbeActive;
     vec4 sum = vec4(0.0);
     for (uint cell = 0u; cell < 2u && sum.w == 0.0; ++cell)
-        sum = probeCellIrradiance(volume, x + float(cell) * geometricNormal, x, biased, geometricNormal, square, required);
+        sum = probeCellIrradiance(volume, x + float(cell) * geometricNormal, x, biased, geometricNormal, square, back);
     return sum.w > 0.0 ? vec4(probeFromBlend(sum.rgb / sum.w), 1.0) : vec4(0.0);
 }
 
@@ -113,8 +114,8 @@ float probeVolumeShare(ProbeVolume volume, vec3 position) {
 // by whether they see it (Majercik et al. 2019, section 5); where none of the cell serves, those of the next cell along the
 // normal do. Their square roots are interpolated: irradiance falls with the square of the distance from what it comes from,
 // a convex function, which a chord overestimates; its root is nearer to a line. Of several volumes the finest that knows the
-// point counts, and less so in its outermost cells. `back`: of the back of a surface, which probes know only if they have
-// seen lit ones: the inside of things is dark.
+// point counts, and less so in its outermost cells. `back`: of the back of a surface, where only probes count that surely
+// see it: the inside of things is dark.
 vec3 probeIrradiance(ProbeVolumeRef volumes, vec3 position, vec3 geometricNormal, vec3 normal, vec3 wo, bool back) {
     const ProbeSquare square = probeSquare(normal, kProbeIrradianceSide);
     vec4 sum = vec4(0.0);

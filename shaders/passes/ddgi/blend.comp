@@ -51,7 +51,7 @@ void blendDistances(ProbeVolume volume, ProbeTurn turn, uint firstRay) {
     }
     for (uint base = 0u; base < volume.rays; base += gl_SubgroupSize) {
         const ProbeRay own = loadRay(firstRay, base + gl_SubgroupInvocationID, volume.rays);
-        const float ownDistance = min(own.distance, kProbeFar);
+        const float ownDistance = log2(clamp(own.distance, kProbeNear, kProbeFar));
         for (uint lane = 0u; lane < gl_SubgroupSize; ++lane) {
             const vec3 direction = subgroupBroadcast(own.direction, lane);
             const float d = subgroupBroadcast(ownDistance, lane);
