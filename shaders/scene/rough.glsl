@@ -6,6 +6,11 @@
 #include "scene/probes.glsl"
 #include "scene/shading.glsl"
 
+// Of the rough surface: 0 where it is shaded as it is. Probes keep for long what light samples seldom find in a shiny one.
+#ifndef TL_LEAST_ROUGHNESS
+#define TL_LEAST_ROUGHNESS 0.0
+#endif
+
 const uint kMaxChain = 32u; // specular bounces; longer chains end black
 
 struct RoughHit {
@@ -42,7 +47,7 @@ RoughHit traceToRough(vec3 origin, vec3 direction, float footprint, inout Sample
             result.distance = hit.t;
             result.back = dot(direction, s.geometricNormal) > 0.0;
         }
-        result.shading = prepareShading(s, -direction, result.footprint);
+        result.shading = prepareShading(s, -direction, result.footprint, kTransportRadiance, TL_LEAST_ROUGHNESS);
         const float pSpecular = bsdfDeltaProbability(result.shading.bsdf);
         bool specular = pSpecular > 0.0;
         vec3 u = vec3(0.0);

@@ -14,16 +14,23 @@ struct Shading {
 };
 
 // `transport`: kTransportRadiance where wo leads to the camera, kTransportImportance where it leads to a light.
-Shading prepareShading(Surface s, vec3 wo, float footprint, uint transport) {
+// `leastRoughness`: of rough lobes that reflect (path space regularisation, Kaplanyan and Dachsbacher 2013).
+Shading prepareShading(Surface s, vec3 wo, float footprint, uint transport, float leastRoughness) {
     Shading shading;
     shading.surface = s;
     shading.wo = wo;
     const Material m = TL_SCENE.materials.v[s.material];
     shading.frame = basisAround(facingNormal(m, s, wo, footprint));
     shading.woLocal = wo * shading.frame;
-    shading.bsdf =
-        bsdfPrepare(loadBsdfParams(m, s, footprint), shading.woLocal, dot(wo, s.geometricNormal) > 0.0, transport);
+    BsdfParams params = loadBsdfParams(m, s, footprint);
+    if (params.transmission == 0.0) params.roughness = bsdfWidened(params.roughness, leastRoughness);
+    params.clearcoatRoughness = bsdfWidened(params.clearcoatRoughness, leastRoughness);
+    shading.bsdf = bsdfPrepare(params, shading.woLocal, dot(wo, s.geometricNormal) > 0.0, transport);
     return shading;
+}
+
+Shading prepareShading(Surface s, vec3 wo, float footprint, uint transport) {
+    return prepareShading(s, wo, footprint, transport, 0.0);
 }
 
 Shading prepareShading(Surface s, vec3 wo, float footprint) {

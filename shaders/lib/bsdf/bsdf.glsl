@@ -63,6 +63,11 @@ const uint kBsdfCosineLobe = 8;
 const uint kBsdfInterfaceLobe = 16;
 const uint kBsdfCoatLobe = 32;
 
+// A roughness no less than `least`, unless it is a mirror's.
+float bsdfWidened(float roughness, float least) {
+    return roughness > kDeltaRoughness ? max(roughness, least) : roughness;
+}
+
 struct BsdfSample {
     vec3 wi;
     vec3 weight; // f |cos| / pdf, at most 1 for radiance inside one medium

@@ -7,6 +7,7 @@
 
 layout(push_constant, scalar) uniform Push { ProbeUpdatePush push; };
 
+#define TL_LEAST_ROUGHNESS 0.45
 #define TL_PROBE_ROOTS ((push.flags & (kProbeUpdateBounce | kProbeUpdateActive | kProbeUpdateFresh)) == 0u)
 #include "scene/probe_rays.glsl"
 #include "scene/rough.glsl"
