@@ -129,6 +129,75 @@ def test_light_through_frosted_glass(render, tmp_path):
     assert picture.mean() == pytest.approx(expected.mean(), rel=0.05)
 
 
+def room_of_sheets(stage, wall, floor=None, rim=0.0):
+    """Four by 2.5 by 6.7 metres, of six sheets that stick out by `rim` beyond their edges."""
+    low, high = np.array([-2, 0, -2.5]), np.array([2, 2.5, 4.2])
+    for axis in range(3):
+        across = [other for other in range(3) if other != axis]
+        for side, plane in (("Low", low), ("High", high)):
+            corners = np.tile(plane.astype(float), (4, 1))
+            corners[:, across[0]] = [low[across[0]] - rim, high[across[0]] + rim, high[across[0]] + rim, low[across[0]] - rim]
+            corners[:, across[1]] = [low[across[1]] - rim, low[across[1]] - rim, high[across[1]] + rim, high[across[1]] + rim]
+            inward = (side == "Low") != (axis == 1)
+            bpt_stages.mesh(stage, f"Wall{axis}{side}", corners, [[0, 1, 2, 3] if inward else [3, 2, 1, 0]],
+                            floor if floor and axis == 1 and side == "Low" else wall)
+
+
+def indirect_by_both(render, stage, *options):
+    """The indirect class by probes and by path tracing."""
+    stage.Save()
+    path = stage.GetRootLayer().realPath
+    picture, _ = indirect(render, path, *DDGI, "--warmup", 16, "--spp", 16, *options)
+    return picture, indirect(render, path, "-t", "pathtrace", "--spp", 1024)[0]
+
+
+@pytest.mark.parametrize("rim", [0, 0.05])
+def test_walls_without_thickness_keep_the_light_of_the_sky_out(render, tmp_path, rim):
+    """Where walls stick out beyond the corners, a plane of probes stands just outside of them, and sees their lit backs."""
+    stage = bpt_stages.make_stage(tmp_path / "sheets.usda", camera=(0, 1.2, 3.8))
+    room_of_sheets(stage, bpt_stages.material(stage, "White", diffuseColor=(0.7, 0.7, 0.7)), rim=rim)
+    bpt_stages.light(stage, "SphereLight", "Lamp", 20, (0.4, 2.1, -0.2), radius=0.2)
+    bpt_stages.light(stage, "DomeLight", "Sky", 1)
+    picture, expected = indirect_by_both(render, stage)
+    assert picture.mean() == pytest.approx(expected.mean(), rel=0.15)
+
+
+def test_what_a_shiny_floor_reflects_leaves_no_stains(render, tmp_path):
+    """Light samples seldom find a lamp in brushed metal, and it is bright where they do: 9% of what walls show, without care."""
+    stage = bpt_stages.make_stage(tmp_path / "metal.usda", camera=(0, 1.2, 3.8))
+    metal = bpt_stages.material(stage, "Metal", diffuseColor=(0.9, 0.8, 0.6), metallic=1.0, roughness=0.2)
+    room_of_sheets(stage, bpt_stages.material(stage, "White", diffuseColor=(0.7, 0.7, 0.7)), metal)
+    bpt_stages.light(stage, "RectLight", "Lamp", 12, (0.8, 2.4, 0.3), (-90, 0, 0), width=0.9, height=0.6)
+    picture, expected = indirect_by_both(render, stage)
+    walls = metrics.block_means(picture[:6], 3) / metrics.block_means(expected[:6], 3) - 1
+    assert np.sqrt(np.mean(np.square(walls))) < 0.065
+
+
+def test_the_shaded_side_of_a_lampshade(render, tmp_path):
+    """The back of a sheet that no lamp shines at, lit by the room."""
+    stage = bpt_stages.make_stage(tmp_path / "shade.usda", camera=(0, 1, 3), look_down=0)
+    white = bpt_stages.material(stage, "White", diffuseColor=(0.7, 0.7, 0.7))
+    room_of_sheets(stage, white)
+    bpt_stages.mesh(stage, "Shade", [(-1.2, 1.5, 0.8), (1.2, 1.5, 0.8), (1.2, 1.5, -1.2), (-1.2, 1.5, -1.2)], [[0, 1, 2, 3]], white)
+    bpt_stages.light(stage, "SphereLight", "Lamp", 120, (0, 2.2, -0.2), radius=0.1)
+    picture, expected = indirect_by_both(render, stage)
+    shade = (slice(5, 7), slice(10, 22))
+    assert picture[shade].mean() == pytest.approx(expected[shade].mean(), rel=0.25)
+    assert picture.mean() == pytest.approx(expected.mean(), rel=0.06)
+
+
+def test_probes_have_their_places_after_the_first_frame(render, tmp_path):
+    """One that is still on its way serves nobody, and at rest it would be for hundreds of frames. Rims put a plane of them
+    behind the walls."""
+    stage = bpt_stages.make_stage(tmp_path / "sheets.usda", camera=(0, 1.2, 3.8))
+    room_of_sheets(stage, bpt_stages.material(stage, "White", diffuseColor=(0.7, 0.7, 0.7)), rim=0.02)
+    bpt_stages.light(stage, "SphereLight", "Lamp", 20, (0.4, 2.1, -0.2), radius=0.2)
+    stage.Save()
+    _, first = indirect(render, stage.GetRootLayer().realPath, *DDGI)
+    _, later = indirect(render, stage.GetRootLayer().realPath, *DDGI, "--warmup", 32, "--set", "ddgi.settledShare=1")
+    assert first["probes"]["active"] == pytest.approx(later["probes"]["active"], rel=0.01)
+
+
 def test_resampled_lights_bring_what_lights_bring(render, tmp_path):
     """Probe rays choose among lights by where these stand. Nearly black surfaces leave one bounce of direct light, which one
     ray of final gather meets: its mean is path tracing's. One in a thousand is left to the probes. Lights of all kinds, near
