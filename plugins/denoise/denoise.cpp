@@ -10,7 +10,8 @@ namespace trilume {
 
 namespace {
 
-constexpr int kTestLevels = 3; // squares of 3, 9 and 27 pixels
+constexpr int64_t kEmissionTests = 4; // frames after a change in which emission's history is tested
+constexpr int kTestLevels = 3;        // squares of 3, 9 and 27 pixels
 using Defines = std::vector<std::pair<std::string, std::string>>;
 
 const gpu::Pipeline& pipeline(graph::FrameContext& context, const std::string& pass, size_t signals,
@@ -41,6 +42,14 @@ graph::Need DenoiseNode::needed(const graph::SceneFacts& /*facts*/, const ParamS
 
 void DenoiseNode::declare(graph::Builder& builder) {
     signals_.clear();
+    emission_ = emitters_ = {};
+    if (const graph::Plane emitters = builder.findPlane("visibility.emitters")) {
+        builder.read(emitters_ = emitters);
+        const graph::Plane emission = builder.findPlane("visibility.emission");
+        builder.read(emission);
+        emission_ = builder.write(emission);
+        emissionHistory_ = builder.historyPlane("denoise.emission.history", sizeof(shared::DenoiseEmission));
+    }
     for (const char* suffix : {".direct", ".caustic", ".indirect"}) {
         // Nothing casts caustics: the plane is black.
         if (suffix == std::string_view(".caustic") && builder.facts().specularCasters == 0) continue;
@@ -63,6 +72,9 @@ void DenoiseNode::declare(graph::Builder& builder) {
 }
 
 void DenoiseNode::execute(graph::FrameContext& context) {
+    const bool moved = !context.repeats && (context.facts.sceneChanged || context.facts.cameraMoved);
+    if (emission_) accumulateEmission(context, moved);
+    if (signals_.empty()) return;
     const uint32_t flags = reproject(context);
     const bool begins = !context.resources.historyValid(surfaces_.previous);
     const bool changed = !context.repeats && context.facts.sceneChanged;
@@ -91,6 +103,34 @@ uint32_t DenoiseNode::reproject(graph::FrameContext& context) const {
     context.commands.dispatch(context.pipeline({"passes/denoise/surfaces.comp", {}, {}}), push, context.width,
                               context.height);
     return push.flags;
+}
+
+void DenoiseNode::accumulateEmission(graph::FrameContext& context, bool changed) {
+    const graph::Resources& resources = context.resources;
+    const bool history = resources.historyValid(emissionHistory_.previous);
+    framesAtRest_ = !history ? kNever : changed ? 0 : framesAtRest_ + 1;
+    shared::DenoiseEmissionPush push{};
+    push.frame = context.frame;
+    push.emission = resources.address(emission_);
+    push.emitters = resources.address(emitters_);
+    push.previous = resources.address(emissionHistory_.previous);
+    push.histories = resources.address(emissionHistory_.current);
+    if (history) push.flags |= shared::kDenoiseHistory;
+    if (context.repeats || !context.facts.cameraMoved) push.flags |= shared::kDenoiseCameraStill;
+    push.maxFrames = static_cast<float>(context.params.getInt("denoise.maxFrames"));
+    const auto pass = [&](const std::string& name, Defines defines) -> const gpu::Pipeline& {
+        return context.pipeline({"passes/denoise/" + name + ".comp", std::move(defines), {}});
+    };
+    // All that a change needs is made with the first picture.
+    const gpu::Pipeline& expect = pass("expect_emission", {});
+    const gpu::Pipeline& accumulateExpected = pass("accumulate_emission", {{"TL_EXPECTED", "1"}});
+    const gpu::Pipeline& accumulateAtRest = pass("accumulate_emission", {{"TL_EXPECTED", "0"}});
+    const bool test = history && framesAtRest_ < kEmissionTests;
+    if (test) {
+        context.commands.dispatch(expect, push, context.width, context.height);
+        context.commands.barrier();
+    }
+    context.commands.dispatch(test ? accumulateExpected : accumulateAtRest, push, context.width, context.height);
 }
 
 void DenoiseNode::accumulate(graph::FrameContext& context, std::span<const Signal> batch, uint32_t flags) const {

@@ -14,12 +14,21 @@ bool wantsGuides(const ParamSet& params) {
     return false;
 }
 
+/// Where emission comes from is for its history.
+bool wantsEmitters(const graph::Builder& builder) {
+    const ParamSet& params = builder.params();
+    return builder.facts().lights > 0 && params.table().find("denoise.mode") &&
+           params.getChoice("denoise.mode") == "temporal";
+}
+
 } // namespace
 
 void VisibilityNode::declare(graph::Builder& builder) {
     builder.owns(graph::PathClass::Emission);
     points_ = builder.historyPlane("visibility.points", sizeof(shared::VisiblePoint)).current;
     emission_ = builder.createPlane("visibility.emission", sizeof(glm::vec3));
+    emitters_ = {};
+    if (wantsEmitters(builder)) emitters_ = builder.createPlane("visibility.emitters", sizeof(shared::VisibleEmitter));
     albedo_ = normal_ = depth_ = motion_ = {};
     if (!wantsGuides(builder.params())) return;
     albedo_ = builder.createPlane("visibility.albedo", sizeof(glm::vec3));
@@ -34,6 +43,10 @@ void VisibilityNode::execute(graph::FrameContext& context) {
     push.points = context.resources.address(points_);
     push.emission = context.resources.address(emission_);
     push.maxBounces = static_cast<uint32_t>(context.params.getInt("visibility.maxBounces"));
+    if (emitters_) {
+        push.flags |= shared::kVisibilityEmitters;
+        push.emitters = context.resources.address(emitters_);
+    }
     if (albedo_) {
         push.flags |= shared::kVisibilityGuides;
         push.albedo = context.resources.address(albedo_);

@@ -32,6 +32,25 @@ struct DenoiseHistory {
 };
 TL_DECLARE_REF(DenoiseHistory)
 
+// Emission of a pixel, whatever its path: mirrors and glass choose at random.
+struct DenoiseEmission {
+    vec3 mean;
+    float squares; // mean of squared luminance
+    float frames;
+    uint light; // that it came from last: VisibleEmitter::light, without kEmitterSpecular
+};
+TL_DECLARE_REF(DenoiseEmission)
+
+struct DenoiseEmissionPush {
+    TL_REF(FrameConstants) frame;
+    TL_REF(vec3) emission;
+    TL_REF(VisibleEmitter) emitters;
+    TL_REF(DenoiseEmission) previous; // read with kDenoiseHistory
+    TL_REF(DenoiseEmission) histories;
+    uint flags; // kDenoise*
+    float maxFrames;
+};
+
 struct DenoiseSurfacesPush {
     TL_REF(FrameConstants) frame;
     TL_REF(VisiblePoint) points;

@@ -68,6 +68,8 @@ const std::map<std::string, StructLayout> kHostLayouts = {
     TL_LAYOUT(DenoiseSurface, position, normal, albedo, frames, chain),
     TL_LAYOUT(DenoiseReprojection, corner, weights, gain),
     TL_LAYOUT(DenoiseHistory, mean, squares, frames),
+    TL_LAYOUT(DenoiseEmission, mean, squares, frames, light),
+    TL_LAYOUT(DenoiseEmissionPush, frame, emission, emitters, previous, histories, flags, maxFrames),
     TL_LAYOUT(DenoiseSurfacesPush, frame, points, previous, surfaces, reprojection, flags, maxFrames),
     TL_LAYOUT(DenoiseAccumulatePush, frame, surfaces, reprojection, signals, previous, histories, differences, flags,
               maxFrames),
@@ -92,6 +94,7 @@ const std::map<std::string, StructLayout> kHostLayouts = {
               state, previousState, photons, heads, cache, cacheSums, uniformShare, gatherRadius, share, historyFrames,
               cacheShare, photonLimit, headMask, knownGroups, knownCasters, flags),
     TL_LAYOUT(VisiblePoint, instance, primitive, uv, direction, footprint, throughput, dimension, chain),
+    TL_LAYOUT(VisibleEmitter, light, motion),
     TL_LAYOUT(Probe, offset, flags, count, seen, spared, backShare, updates, watch, moves, settle, fast, last,
               variance),
     TL_LAYOUT(ProbeVolume, probes, irradiance, distances, origin, spacing, steps, probeCount, counts, scroll, selected,
@@ -112,7 +115,7 @@ const std::map<std::string, StructLayout> kHostLayouts = {
     TL_LAYOUT(RestirPush, frame, points, previousPoints, previous, neighbors, merged, final, direct, tiles, chosen,
               learned, lightCandidates, learnedCandidates, bsdfCandidates, bsdfRoughness, maxHistory, spatialNeighbors,
               radius, history, alone),
-    TL_LAYOUT(VisibilityPush, frame, points, emission, albedo, normal, depth, motion, maxBounces, flags),
+    TL_LAYOUT(VisibilityPush, frame, points, emission, emitters, albedo, normal, depth, motion, maxBounces, flags),
 };
 
 const char* const kBlock = "LayoutOf";

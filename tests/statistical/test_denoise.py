@@ -11,7 +11,7 @@ TEMPORAL = ("--denoise", "temporal")
 
 
 def without_emission(run):
-    """The picture without the emission seen directly, which is not denoised."""
+    """The picture without the emission seen directly, which is averaged over frames but not filtered."""
     return run.image - run.aovs["emission"]
 
 
@@ -90,6 +90,103 @@ def test_light_switched_off(command, tmp_path):
     assert truth[8].mean() < 0.5 * truth[7].mean()
     ghost = (denoised[8:].mean(axis=(1, 2, 3)) - truth[8:].mean(axis=(1, 2, 3))) / (truth[7].mean() - truth[8].mean())
     assert (np.abs(ghost) < [0.1, 0.06, 0.05, 0.05]).all(), ghost
+
+
+# ---- emission ----------------------------------------------------------------------------------
+
+WINDOW = """
+    def RectLight "Window"
+    {
+        float inputs:width = 1.4
+        float inputs:height = 1
+        float inputs:intensity.timeSamples = { 1: 4, 20: 4, 21: 0 }
+        double3 xformOp:translate = (0, 0, -0.5)
+        double xformOp:rotateY = 180
+        uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateY"]
+    }
+"""
+BEHIND_CAMERA = """
+    def SphereLight "Reflected"
+    {
+        float inputs:radius = 0.5
+        float inputs:intensity.timeSamples = { 1: 20, 20: 20, 21: 0 }
+        double3 xformOp:translate = (-1, 1.2, 6)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+"""
+PANE = harness.mesh("[(-1.1, -0.8, 1), (1.1, -0.8, 1), (1.1, 0.8, 1), (-1.1, 0.8, 1), (-1.1, -0.8, 1.05), (1.1, -0.8, 1.05), "
+                    "(1.1, 0.8, 1.05), (-1.1, 0.8, 1.05)]", "[4, 4, 4, 4, 4, 4]",
+                    "[3, 2, 1, 0, 4, 5, 6, 7, 0, 1, 5, 4, 2, 3, 7, 6, 1, 2, 6, 5, 3, 0, 4, 7]", name="Pane", material="Glass")
+WALL = harness.mesh("[(-4, -3, -1), (4, -3, -1), (4, 3, -1), (-4, 3, -1)]", name="Wall")
+MOVER = harness.mesh("[(-0.2, -0.2, 0), (0.2, -0.2, 0), (0.2, 0.2, 0), (-0.2, 0.2, 0)]", name="Mover", extra="""
+        double3 xformOp:translate.timeSamples = { 1: (-2, 0, -0.2), 21: (2, 0, -0.2) }
+        uniform token[] xformOpOrder = ["xformOp:translate"]""")
+MOVING_CAMERA = harness.CAMERA.replace("xformOp:translate = (0, 0, 4)",
+                                       "xformOp:translate.timeSamples = { 1: (0, 0, 4), 21: (0.4, 0.1, 3.6) }")
+
+
+def pane(folder, *parts, camera=harness.CAMERA):
+    """A window and a wall behind a pane of glass, in which a lamp is reflected; other paths by the glass find nothing."""
+    return harness.write_stage(folder / "stage.usda", camera, WINDOW, BEHIND_CAMERA, harness.matte(0.6), harness.GLASS, PANE, WALL,
+                               *parts)
+
+
+def play_emission(folder, stage, frames, *options):
+    done = harness.run("render", "--imageWidth", SIZE[0], "--imageHeight", SIZE[1], "-t", "raytrace", "-f", f"1:{frames}",
+                       *options, "--aov", f"emission={folder}/emission.####.pfm", stage, folder / "image.####.pfm")
+    assert done.status == 0, done.stderr
+    return np.stack([metrics.read_image(folder / f"emission.{f:04d}.pfm") for f in range(1, frames + 1)])
+
+
+def test_emission_is_the_mean_of_its_frames(render, tmp_path):
+    """Lamps' outlines, and a window that one pixel in six misses by reflection: no filter, and all 17 frames count alike."""
+    for stage in ("cornell_light_sphere", pane(tmp_path)):
+        average, denoised = (render(stage, "-t", "raytrace", *options, size=SIZE, aovs=("emission",)).aovs["emission"]
+                             for options in (("--spp", 17), ("--warmup", 16, *TEMPORAL)))
+        assert np.allclose(denoised, average, rtol=1e-4, atol=1e-5)
+
+
+def test_emission_while_something_else_moves(command, tmp_path):
+    """A tenth of the error of frames, where the mover is not, and no bias beyond the test's 1% and noise."""
+    stage = pane(tmp_path, MOVER)
+    truth = play_emission(tmp_path, stage, 20, "--spp", 256)[12:]
+    raw = play_emission(tmp_path, stage, 20, "--denoise", "off")[12:]
+    denoised = play_emission(tmp_path, stage, 20)[12:]
+    far = np.abs(truth - truth[:1]).max(axis=(0, 3)) < 2
+    errors = [np.mean(np.square(frames - truth)[:, far]) for frames in (raw, denoised)]
+    assert errors[1] < errors[0] / 10, errors
+    assert np.mean(np.square(denoised - truth)) < 0.5 * np.mean(np.square(raw - truth))
+    assert denoised.mean() == pytest.approx(truth.mean(), rel=0.03)
+
+
+def test_emission_while_the_camera_moves(command, tmp_path):
+    """The window behind glass loses most of its black pixels and none of its light."""
+    stage = pane(tmp_path, camera=MOVING_CAMERA)
+    truth = play_emission(tmp_path, stage, 20, "--spp", 256)[8:]
+    raw = play_emission(tmp_path, stage, 20, "--denoise", "off")[8:]
+    denoised = play_emission(tmp_path, stage, 20)[8:]
+    window = (truth > 3).all(axis=3)
+    errors = [np.mean(np.square(frames - truth)[window]) for frames in (raw, denoised)]
+    assert errors[1] < errors[0] / 2, errors
+    assert np.mean(np.square(denoised - truth)) < np.mean(np.square(raw - truth))
+    assert denoised.mean() == pytest.approx(raw.mean(), rel=0.03)
+
+
+@pytest.mark.parametrize("camera", [harness.CAMERA, MOVING_CAMERA])
+def test_emission_switched_off(command, tmp_path, camera):
+    """Dark in the frame of the change, seen through glass and in it."""
+    frames = play_emission(tmp_path, pane(tmp_path, camera=camera), 21)
+    assert frames[19].mean() > 0.1 and frames[20].max() == 0
+
+
+def test_paths_that_find_nothing(command, tmp_path):
+    """Light on the wall behind glass, while something moves: pixels whose path is reflected into the void keep their history."""
+    stage = pane(tmp_path, MOVER)
+    truth = play(tmp_path, stage, 20, "--spp", 256)[12:]
+    denoised = play(tmp_path, stage, 20)[12:]
+    behind = (truth > 0.03).all(axis=(0, 3))
+    assert np.mean(denoised[:, behind] < 0.2 * truth[:, behind]) < 0.01
+    assert denoised[:, behind].mean() == pytest.approx(truth[:, behind].mean(), rel=0.05)
 
 
 @pytest.mark.parametrize("options, state", [

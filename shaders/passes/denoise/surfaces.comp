@@ -89,6 +89,15 @@ Past reproject(ivec2 pixel, DenoiseSurface now, vec3 before, float footprint) {
     return past;
 }
 
+// Whether the pixel's path, which found no surface, may find the last frame's again: mirrors and glass, or the pixel's edge,
+// sent it elsewhere. Only the place of its sample and its choices are known to be new.
+bool strayed(VisiblePoint point, uint index) {
+    if (point.instance != kNone || (push.flags & kDenoiseHistory) == 0u) return false;
+    const uint chain = push.previous.v[index].chain;
+    if ((push.flags & kDenoiseStill) != 0u) return chain != kNone;
+    return (push.flags & kDenoiseCameraStill) != 0u && point.chain > 0u && chain != kNone && chain > 0u;
+}
+
 void main() {
     const uvec2 pixel = gl_GlobalInvocationID.xy;
     if (!insideView(pixel)) return;
@@ -98,9 +107,16 @@ void main() {
     DenoiseSurface now = surfaceOf(point, before);
 
     Past past = Past(ivec2(pixel), vec4(0.0), false);
+    const bool stray = strayed(point, index);
+    if (stray) {
+        const DenoiseSurface then = push.previous.v[index];
+        now.position = then.position;
+        now.normal = then.normal;
+        now.chain = then.chain;
+    }
     if ((push.flags & kDenoiseHistory) != 0u) {
         // Nothing moved: what differs from the last frame is the place of the sample within the pixel.
-        if ((push.flags & kDenoiseStill) != 0u) past = Past(ivec2(pixel), vec4(1.0, 0.0, 0.0, 0.0), true);
+        if (stray || (push.flags & kDenoiseStill) != 0u) past = Past(ivec2(pixel), vec4(1.0, 0.0, 0.0, 0.0), true);
         else past = reproject(ivec2(pixel), now, before, point.footprint);
     }
 

@@ -32,6 +32,30 @@ void guideBySurface(inout Guides guides, Surface s) {
         guides.motion = (now - before) * vec2(TL_FRAME.width, TL_FRAME.height);
 }
 
+// The brightest emitter on the path, or its end: where it is seen now and was last frame, straight through mirrors and
+// glass.
+struct Sight {
+    uint light;
+    float brightness;
+    vec3 place, before;
+};
+
+void see(inout Sight sight, uint light, vec3 radiance, vec3 place, vec3 before) {
+    const float brightness = luminance(radiance);
+    if (!(brightness >= sight.brightness)) return;
+    sight = Sight(brightness > 0.0 ? light : kEmitterNone, brightness, place, before);
+}
+
+VisibleEmitter emitterOf(Sight sight, bool specular) {
+    VisibleEmitter emitter = VisibleEmitter(sight.light | (specular ? kEmitterSpecular : 0u), vec2(0.0));
+    vec2 now;
+    vec2 before;
+    if ((TL_FRAME.flags & kFrameChanged) != 0u && projectToFilm(TL_FRAME.camera, sight.place, now) &&
+        projectToFilm(TL_FRAME.previousCamera, sight.before, before))
+        emitter.motion = (now - before) * vec2(TL_FRAME.width, TL_FRAME.height);
+    return emitter;
+}
+
 void main() {
     const uvec2 pixel = gl_GlobalInvocationID.xy;
     if (!insideView(pixel)) return;
@@ -49,28 +73,37 @@ void main() {
     VisiblePoint point;
     point.instance = kNone;
     point.throughput = vec3(1.0);
-    point.chain = 0u;
     vec3 emission = vec3(0.0);
     Guides guides = Guides(vec3(0.0), vec3(0.0), 0.0, vec2(0.0));
     float pathLength = 0.0;
+    Sight sight = Sight(kEmitterNone, 0.0, vec3(0.0), vec3(0.0));
+    bool mayTurn = false; // mirrors or glass on the path
 
     for (uint bounce = 0u;; ++bounce) {
+        point.chain = bounce;
         Hit hit;
         if (!traceSurface(origin, direction, tMin, tMax, mask, rng, hit)) {
-            emission += point.throughput * environmentRadiance(origin, direction, 0.0, false);
+            const vec3 radiance = point.throughput * environmentRadiance(origin, direction, 0.0, false);
+            emission += radiance;
+            see(sight, kEmitterInfinite, radiance, TL_FRAME.camera.position + camera.direction,
+                TL_FRAME.previousCamera.position + camera.direction);
             break;
         }
         pathLength += hit.t;
         const float footprint = pathLength * TL_FRAME.camera.pixelAngle;
         const Surface s = loadSurface(hit);
         if (bounce == 0u) guideBySurface(guides, s);
-        emission += point.throughput * surfaceEmission(s, -direction, footprint);
+        const vec3 radiance = point.throughput * surfaceEmission(s, -direction, footprint);
+        emission += radiance;
+        const vec3 place = bounce == 0u ? s.position : camera.origin + pathLength * camera.direction;
+        see(sight, min(s.light, kEmitterNone), radiance, place, bounce == 0u ? s.previousPosition : place);
 
         const Shading shading = prepareShading(s, -direction, footprint);
         const float pSpecular = bsdfDeltaProbability(shading.bsdf);
         bool specular = pSpecular > 0.0;
         vec3 u = vec3(0.0);
         if (specular) {
+            mayTurn = true;
             u = sample3D(rng);
             specular = u.z < pSpecular;
         }
@@ -82,7 +115,6 @@ void main() {
             point.uv = hit.uv;
             point.direction = direction;
             point.footprint = footprint;
-            point.chain = bounce;
             guides.albedo = point.throughput * bsdfAlbedo(shading.bsdf);
             break;
         }
@@ -100,6 +132,7 @@ void main() {
     point.dimension = rng.dimension;
     push.points.v[index] = point;
     push.emission.v[index] = emission;
+    if ((push.flags & kVisibilityEmitters) != 0u) push.emitters.v[index] = emitterOf(sight, mayTurn);
     if ((push.flags & kVisibilityGuides) != 0u) {
         push.albedo.v[index] = guides.albedo;
         push.normal.v[index] = guides.normal;

@@ -1,0 +1,34 @@
+// Adds this frame's emission to its history, which expect_emission.comp brought over where TL_EXPECTED.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+#include "shared/denoise.h"
+
+layout(push_constant, scalar) uniform Push { DenoiseEmissionPush push; };
+
+#include "passes/denoise/common.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+void main() {
+    const uvec2 pixel = gl_GlobalInvocationID.xy;
+    if (!insideView(pixel)) return;
+    const uint index = pixelIndex(pixel);
+    vec3 radiance = push.emission.v[index];
+    if (!isSound(radiance)) {
+        radiance = vec3(0.0);
+        atomicAdd(TL_FRAME.counters.v[kCounterNonfinite], 1u);
+    }
+    DenoiseEmission h = DenoiseEmission(vec3(0.0), 0.0, 0.0, kEmitterNone);
+#if TL_EXPECTED
+    h = push.histories.v[index];
+#else
+    if ((push.flags & kDenoiseHistory) != 0u) h = push.previous.v[index];
+#endif
+    h.frames = min(h.frames + 1.0, push.maxFrames);
+    h.mean = mix(h.mean, radiance, 1.0 / h.frames);
+    h.squares = mix(h.squares, sqr(luminance(radiance)), 1.0 / h.frames);
+    if (radiance != vec3(0.0)) h.light = push.emitters.v[index].light & ~kEmitterSpecular;
+    push.histories.v[index] = h;
+    push.emission.v[index] = h.mean;
+}
