@@ -18,7 +18,6 @@ constexpr uint32_t kScrolledRounds = 2;  // of their means
 constexpr uint32_t kScrolledFrames = 8;  // for which they get the whole budget
 constexpr float kRefinement = 4;         // of the spacing, from a volume to the next
 constexpr uint32_t kRelitFrames = 16;    // after a change of the lights, in which probes spare rays for more turns
-constexpr uint32_t kStartFrames = 16;    // after which means rest
 constexpr uint32_t kFollowFrames = 32;   // after a change of the scene, for which probes get the whole budget
 constexpr uint32_t kAverageRays = 8192;  // in a frame of an average, or as many as pixels
 constexpr double kRestPeriod = 8;        // frames of a scene that stands still, at most, of which one updates probes
@@ -151,10 +150,9 @@ void DdgiNode::execute(graph::FrameContext& context) {
     const bool roused = changed && followFrames_ == 0;
     relitFrames_ = relit ? kRelitFrames : relitFrames_ - std::min(relitFrames_, 1u);
     scrolledFrames_ -= std::min(scrolledFrames_, 1u);
-    if (restarts) {
-        followFrames_ = kStartFrames;
-        scrolledFrames_ = relitFrames_ = restFrames_ = standingFrames_ = 0;
-    } else if (changed)
+    if (restarts)
+        followFrames_ = scrolledFrames_ = relitFrames_ = restFrames_ = standingFrames_ = 0;
+    else if (changed)
         followFrames_ = std::max(kFollowFrames * probes() / kFirstProbes, kFollowFrames);
     else if (followFrames_ > 0)
         --followFrames_;
