@@ -43,8 +43,9 @@ graph::Need DenoiseNode::needed(const graph::SceneFacts& /*facts*/, const ParamS
 void DenoiseNode::declare(graph::Builder& builder) {
     signals_.clear();
     emission_ = emitters_ = {};
-    if (const graph::Plane emitters = builder.findPlane("visibility.emitters")) {
-        builder.read(emitters_ = emitters);
+    const auto emitters = builder.findPlanes("visibility.emitters"); // nothing is wrong where there are none
+    if (!emitters.empty()) {
+        builder.read(emitters_ = emitters.front());
         const graph::Plane emission = builder.findPlane("visibility.emission");
         builder.read(emission);
         emission_ = builder.write(emission);

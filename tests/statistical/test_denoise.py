@@ -179,6 +179,40 @@ def test_emission_switched_off(command, tmp_path, camera):
     assert frames[19].mean() > 0.1 and frames[20].max() == 0
 
 
+def test_a_wire_that_passes_a_window(command, tmp_path):
+    """Something a pixel wide is as dark in every frame as it is, and leaves no trail."""
+    wire = MOVER.replace("(-0.2, -0.2, 0), (0.2, -0.2, 0), (0.2, 0.2, 0), (-0.2, 0.2, 0)",
+                         "(-0.04, -2, 0), (0.04, -2, 0), (0.04, 2, 0), (-0.04, 2, 0)")
+    stage = harness.write_stage(tmp_path / "stage.usda", harness.CAMERA, WINDOW, harness.matte(0.6), WALL, wire)
+    truth = play_emission(tmp_path, stage, 20, "--spp", 256)[4:]
+    denoised = play_emission(tmp_path, stage, 20)[4:]
+    window = truth.max(axis=0)
+    covered = (truth < 0.7 * window) & (window > 3)
+    assert denoised[covered].mean() == pytest.approx(truth[covered].mean(), rel=0.1)
+    trail = np.roll(covered, 1, axis=0) & ~covered  # a frame later
+    assert denoised[1:][trail[1:]].mean() == pytest.approx(truth[1:][trail[1:]].mean(), rel=0.05)
+
+
+def test_small_lamps_switched_on(command, tmp_path):
+    """A pixel wide; what was dark for ten frames does not hold them back."""
+    def bulb(name, place, intensity, radius=0.03):
+        return f"""
+    def SphereLight "{name}"
+    {{
+        float inputs:radius = {radius}
+        float inputs:intensity{intensity}
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+        double3 xformOp:translate = {place}
+    }}
+"""
+    bulbs = [bulb(f"Bulb{i}", (0.23 * (i % 10) - 1.0, 0.27 * (i // 10) - 0.5, 0), ".timeSamples = { 1: 0, 10: 0, 11: 20 }")
+             for i in range(40)]
+    stage = harness.write_stage(tmp_path / "stage.usda", harness.CAMERA, WALL, harness.matte(0.6), *bulbs,
+                                bulb("Lamp", (0, 1, 6), " = 10", 0.5))
+    truth = play_emission(tmp_path, stage, 16, "--spp", 256)[10:].mean()
+    assert play_emission(tmp_path, stage, 16)[10:].mean() == pytest.approx(truth, rel=0.15)
+
+
 def test_paths_that_find_nothing(command, tmp_path):
     """Light on the wall behind glass, while something moves: pixels whose path is reflected into the void keep their history."""
     stage = pane(tmp_path, MOVER)

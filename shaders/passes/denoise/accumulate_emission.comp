@@ -25,9 +25,11 @@ void main() {
 #else
     if ((push.flags & kDenoiseHistory) != 0u) h = push.previous.v[index];
 #endif
+    if (h.frames <= 0.0) h.mean = vec3(h.squares = 0.0); // it may not be finite
     h.frames = min(h.frames + 1.0, push.maxFrames);
-    h.mean = mix(h.mean, radiance, 1.0 / h.frames);
-    h.squares = mix(h.squares, sqr(luminance(radiance)), 1.0 / h.frames);
+    const float weight = 1.0 / max(h.frames, 1.0);
+    h.mean = mix(h.mean, radiance, weight);
+    h.squares = mix(h.squares, sqr(luminance(radiance)), weight);
     if (radiance != vec3(0.0)) h.light = push.emitters.v[index].light & ~kEmitterSpecular;
     push.histories.v[index] = h;
     push.emission.v[index] = h.mean;
