@@ -65,7 +65,7 @@ mat3 probeRotation(vec3 u) {
 }
 
 // Of distances the logarithms are averaged.
-float probeLogDistance(vec3 way) { return 0.5 * log2(max(lengthSquared(way), sqr(kProbeNear))); }
+float probeLogDistance(vec3 way) { return 0.5 * log2(clamp(lengthSquared(way), sqr(kProbeNear), sqr(kProbeFar))); }
 
 // In memory: mean and standard deviation.
 uint probePackMoments(vec2 moments) {

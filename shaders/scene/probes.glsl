@@ -22,7 +22,7 @@ vec3 probeMapIrradiance(ProbeVolume volume, uint probe, ProbeSquare square) {
     return mix(low, mix(volume.irradiance.v[above], volume.irradiance.v[above + 1u], square.f.x), square.f.y);
 }
 
-// Mean and mean square, in spacings. `direction` of any length but 0.
+// Mean and mean square of log2 of spacings. `direction` of any length but 0.
 vec2 probeMapDistance(ProbeVolume volume, uint probe, vec3 direction) {
     const ProbeSquare square = probeSquare(direction, kProbeDistanceSide);
     const uint node = probe * kProbeDistanceNodes + square.node, above = node + kProbeDistanceSide;
@@ -80,10 +80,11 @@ vec4 probeCellIrradiance(ProbeVolume volume, vec3 place, vec3 position, vec3 bia
         const vec3 others = vec3(positions[corner ^ 1u].x, positions[corner ^ 2u].y, positions[corner ^ 4u].z);
         const vec3 toProbe = center - position;
         const float facing = dot(toProbe, geometricNormal) * inversesqrt(max(lengthSquared(toProbe), 1e-12));
-        float weight = (sqr(0.5 * facing + 0.5) + 0.2) * (facing < 0.0 ? kProbeBehind : 1.0);
+        float weight = (sqr(0.5 * facing + 0.5) + 0.2) * mix(kProbeBehind, 1.0, smoothstep(0.0, 0.05, facing));
         const vec3 fromProbe = biased - center;
-        const float visibility = probeVisibility(probeMapDistance(volume, index, fromProbe == vec3(0.0) ? geometricNormal : fromProbe), probeLogDistance(fromProbe));
-        if (back && (facing < 0.0 || visibility < kProbeSees)) continue;
+        const vec3 direction = fromProbe == vec3(0.0) ? geometricNormal : fromProbe;
+        const float visibility = probeVisibility(probeMapDistance(volume, index, direction), probeLogDistance(fromProbe));
+        if (back) weight *= smoothstep(0.5 * kProbeSees, 1.5 * kProbeSees, visibility) * smoothstep(0.0, 0.05, facing);
         weight *= visibility;
         if (weight < 0.2) weight *= sqr(weight) / 0.04;
         weight *= probeShare(place, center, others);

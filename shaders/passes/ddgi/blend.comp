@@ -44,7 +44,7 @@ void blendDistances(ProbeVolume volume, ProbeTurn turn, uint firstRay) {
     const uint stride = gl_WorkGroupSize.x;
     const uint thread = gl_SubgroupID * gl_SubgroupSize + gl_SubgroupInvocationID;
     vec3 axes[kProbeDistanceNodes / stride];
-    vec3 sums[kProbeDistanceNodes / stride]; // of distance, its square, and weights
+    vec3 sums[kProbeDistanceNodes / stride]; // of the logarithm of distance, its square, and weights
     for (uint k = 0u; k < axes.length(); ++k) {
         axes[k] = probeNodeDirection(thread + k * stride, kProbeDistanceSide);
         sums[k] = vec3(0.0);

@@ -138,7 +138,8 @@ bool judgePlace(ProbeVolume volume, inout Probe probe, float part, Surroundings 
     const vec3 reach = kProbeReach * volume.steps / volume.spacing;
     // The first frame's means begin in places that stay: no rounds would follow for a probe that begins anew.
     // Nor do few rays tell one that serves a better place.
-    const bool stays = (push.flags & (kProbeUpdateActive | kProbeUpdateFresh | kProbeUpdatePlaced)) != 0u || (part < 1.0 && (probe.flags & kProbeActive) != 0u);
+    const bool stays = (push.flags & (kProbeUpdateActive | kProbeUpdateFresh | kProbeUpdatePlaced)) != 0u ||
+                       (part < 1.0 && (probe.flags & kProbeActive) != 0u);
     const bool moves = probe.moves > 0u && !stays;
     const vec3 target = moves ? relocated(offset, reach, s, inGeometry && s.backs > 0u) : offset;
     if (target != offset) {
