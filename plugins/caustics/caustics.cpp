@@ -1,5 +1,7 @@
 #include "caustics.h"
 
+#include "graph/denoised.h"
+
 #include "shared/caustics.h"
 
 #include <algorithm>
@@ -20,11 +22,6 @@ constexpr uint32_t kFollowFrames = 8; // after a change, with all photons
 double shrink(uint32_t n) {
     constexpr double kAlpha = 2.0 / 3.0;
     return std::exp(0.5 * (std::lgamma(n + 1 + kAlpha) - std::lgamma(1 + kAlpha) - std::lgamma(n + 2.0)));
-}
-
-/// The denoiser averages over frames itself, and tells noise by how much frames differ.
-bool denoised(const ParamSet& params) {
-    return params.table().find("denoise.mode") && params.getChoice("denoise.mode") == "temporal";
 }
 
 } // namespace
@@ -66,7 +63,7 @@ void CausticsNode::execute(graph::FrameContext& context) {
     const bool unchanged = known && lighting_ == context.facts.lightingRevision;
     lighting_ = context.facts.lightingRevision;
     // Where pixels remember, those of a still picture need few more.
-    const int64_t historyFrames = denoised(context.params) ? 1 : context.params.getInt("caustics.historyFrames");
+    const int64_t historyFrames = graph::denoised(context.params) ? 1 : context.params.getInt("caustics.historyFrames");
     const bool remembering = context.sampleIndex == 0 && historyFrames > 1;
     stillFrames_ = remembering && unchanged && !context.facts.cameraMoved ? stillFrames_ + 1 : 0;
     const bool settled = stillFrames_ >= kFollowFrames;

@@ -1,5 +1,7 @@
 #include "denoise.h"
 
+#include "graph/denoised.h"
+
 #include "shared/denoise.h"
 
 #include <algorithm>
@@ -37,7 +39,7 @@ void walk(graph::FrameContext& context, const gpu::Pipeline& pipeline, Push& pus
 } // namespace
 
 graph::Need DenoiseNode::needed(const graph::SceneFacts& /*facts*/, const ParamSet& params) const {
-    return params.getChoice("denoise.mode") == "temporal" ? graph::Need::yes() : graph::Need::no("denoise.mode is off");
+    return graph::denoised(params) ? graph::Need::yes() : graph::Need::no("denoise.mode is off");
 }
 
 void DenoiseNode::declare(graph::Builder& builder) {

@@ -1,6 +1,7 @@
 #include "visibility.h"
 
 #include "graph/aov.h"
+#include "graph/denoised.h"
 #include "shared/visibility.h"
 
 namespace trilume {
@@ -14,13 +15,6 @@ bool wantsGuides(const ParamSet& params) {
     return false;
 }
 
-/// Where emission comes from is for its history.
-bool wantsEmitters(const graph::Builder& builder) {
-    const ParamSet& params = builder.params();
-    return builder.facts().lights > 0 && params.table().find("denoise.mode") &&
-           params.getChoice("denoise.mode") == "temporal";
-}
-
 } // namespace
 
 void VisibilityNode::declare(graph::Builder& builder) {
@@ -28,7 +22,8 @@ void VisibilityNode::declare(graph::Builder& builder) {
     points_ = builder.historyPlane("visibility.points", sizeof(shared::VisiblePoint)).current;
     emission_ = builder.createPlane("visibility.emission", sizeof(glm::vec3));
     emitters_ = {};
-    if (wantsEmitters(builder)) emitters_ = builder.createPlane("visibility.emitters", sizeof(shared::VisibleEmitter));
+    if (builder.facts().lights > 0 && graph::denoised(builder.params()))
+        emitters_ = builder.createPlane("visibility.emitters", sizeof(shared::VisibleEmitter));
     albedo_ = normal_ = depth_ = motion_ = {};
     if (!wantsGuides(builder.params())) return;
     albedo_ = builder.createPlane("visibility.albedo", sizeof(glm::vec3));

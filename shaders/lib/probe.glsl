@@ -12,8 +12,8 @@
 #endif
 
 const float kProbeNormalBias = 0.15; // of the lookup's position, in spacings
-const float kProbeSees = 0.25;      // visibility of a surface that a probe surely sees
 const float kProbeViewBias = 0.05;
+const float kProbeSees = 0.25;   // visibility of a surface that a probe surely sees
 const float kProbeBehind = 0.02; // weight of probes behind the surface: a sheet may part them from its front
 // What probes serve lies so near their grid points along all axes, in spacings: a point is served by the probes of its cell,
 // and looked up somewhat above its surface.
@@ -22,7 +22,7 @@ const float kProbeCountSettling = 2.67; // of rounds that the mean irradiance co
 const float kProbeReach = 0.45;     // of relocation, in steps of the grid
 // Distances beyond 1.5 cell diagonals tell no lookup more: none is farther from its probe.
 const float kProbeFar = 2.6; // spacings
-const float kProbeNear = 0.01;           // likewise nearer ones
+const float kProbeNear = 0.01; // likewise nearer ones
 const float kProbeVarianceFloor = 1e-3; // of their logarithms
 
 // Node (x, y) of an octahedral map of `side` x `side` nodes, the first and last on its border.

@@ -80,11 +80,12 @@ vec4 probeCellIrradiance(ProbeVolume volume, vec3 place, vec3 position, vec3 bia
         const vec3 others = vec3(positions[corner ^ 1u].x, positions[corner ^ 2u].y, positions[corner ^ 4u].z);
         const vec3 toProbe = center - position;
         const float facing = dot(toProbe, geometricNormal) * inversesqrt(max(lengthSquared(toProbe), 1e-12));
-        float weight = (sqr(0.5 * facing + 0.5) + 0.2) * mix(kProbeBehind, 1.0, smoothstep(0.0, 0.05, facing));
+        const float before = smoothstep(0.0, 0.05, facing); // the surface, or in its plane
+        float weight = (sqr(0.5 * facing + 0.5) + 0.2) * mix(kProbeBehind, 1.0, before);
         const vec3 fromProbe = biased - center;
         const vec3 direction = fromProbe == vec3(0.0) ? geometricNormal : fromProbe;
         const float visibility = probeVisibility(probeMapDistance(volume, index, direction), probeLogDistance(fromProbe));
-        if (back) weight *= smoothstep(0.5 * kProbeSees, 1.5 * kProbeSees, visibility) * smoothstep(0.0, 0.05, facing);
+        if (back) weight *= smoothstep(0.5 * kProbeSees, 1.5 * kProbeSees, visibility) * before;
         weight *= visibility;
         if (weight < 0.2) weight *= sqr(weight) / 0.04;
         weight *= probeShare(place, center, others);

@@ -14,7 +14,7 @@ layout(push_constant, scalar) uniform Push { ProbeUpdatePush push; };
 layout(local_size_x = 64) in;
 
 const float kMinimumDistance = 0.06; // of a probe from what it sees, in spacings
-const float kGeometryShare = 0.5;   // of the surfaces met, those met from behind, above which a probe is in geometry
+const float kGeometryShare = 0.5;    // of the surfaces met, those met from behind, above which a probe is in geometry
 // The weight of round n is kForget / (n + kForget): light of few bounces, as the first rounds saw it, is forgotten as a power
 // of n, where a plain mean would keep it. The mean's variance is kForget^2 / (2 kForget - 1) / n that of one round.
 const float kForget = 4.0;

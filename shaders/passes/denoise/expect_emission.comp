@@ -82,7 +82,6 @@ void main() {
     const uint own = pixelIndex(pixel);
 
     float samples[9];
-    vec3 high = vec3(0.0);
     bool specular = false;
     bool passes = false; // something that is seen directly moves here, before what emits or not
     float brightest = -1.0;
@@ -94,7 +93,6 @@ void main() {
         const uint index = pixelIndex(near);
         vec3 radiance = push.emission.v[index];
         if (!isSound(radiance)) radiance = vec3(0.0);
-        high = max(high, radiance);
         samples[i] = luminance(radiance);
         const VisibleEmitter seen = push.emitters.v[index];
         const bool turned = (seen.light & kEmitterSpecular) != 0u;
@@ -173,10 +171,6 @@ void main() {
     if (contradicted(sums.xyz, safeDivide(sums.w, sums.x)) ||
         (bright >= kMost && h.frames >= kSettled && contradicted(moments, max(h.squares - sqr(mean), 0.0))))
         h.frames = 0.0;
-    if (moved) {
-        h.frames = min(h.frames, kMovingFrames - 1.0);
-        h.mean = min(h.mean, high);
-        h.squares = min(h.squares, sqr(luminance(high)));
-    }
+    if (moved) h.frames = min(h.frames, kMovingFrames - 1.0);
     push.histories.v[own] = h;
 }

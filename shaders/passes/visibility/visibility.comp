@@ -20,16 +20,19 @@ struct Guides {
     vec2 motion;
 };
 
+// Motion in pixels of what was at `before` last frame. Both through the pinhole, so that a still scene has none at all.
+vec2 motionOf(vec3 place, vec3 before) {
+    vec2 now;
+    vec2 then;
+    if (!projectToFilm(TL_FRAME.camera, place, now) || !projectToFilm(TL_FRAME.previousCamera, before, then)) return vec2(0.0);
+    return (now - then) * vec2(TL_FRAME.width, TL_FRAME.height);
+}
+
 void guideBySurface(inout Guides guides, Surface s) {
     const vec3 fromCamera = s.position - TL_FRAME.camera.position;
     guides.normal = dot(s.shadingNormal, fromCamera) > 0.0 ? -s.shadingNormal : s.shadingNormal;
     guides.depth = dot(fromCamera, TL_FRAME.camera.forward);
-    // Both through the pinhole, so that a still scene has no motion at all.
-    vec2 now;
-    vec2 before;
-    if (projectToFilm(TL_FRAME.camera, s.position, now) &&
-        projectToFilm(TL_FRAME.previousCamera, s.previousPosition, before))
-        guides.motion = (now - before) * vec2(TL_FRAME.width, TL_FRAME.height);
+    guides.motion = motionOf(s.position, s.previousPosition);
 }
 
 // The brightest emitter on the path, or its end: where it is seen now and was last frame, straight through mirrors and
@@ -47,13 +50,8 @@ void see(inout Sight sight, uint light, vec3 radiance, vec3 place, vec3 before) 
 }
 
 VisibleEmitter emitterOf(Sight sight, bool specular) {
-    VisibleEmitter emitter = VisibleEmitter(sight.light | (specular ? kEmitterSpecular : 0u), vec2(0.0));
-    vec2 now;
-    vec2 before;
-    if ((TL_FRAME.flags & kFrameChanged) != 0u && projectToFilm(TL_FRAME.camera, sight.place, now) &&
-        projectToFilm(TL_FRAME.previousCamera, sight.before, before))
-        emitter.motion = (now - before) * vec2(TL_FRAME.width, TL_FRAME.height);
-    return emitter;
+    const bool changed = (TL_FRAME.flags & kFrameChanged) != 0u;
+    return VisibleEmitter(sight.light | (specular ? kEmitterSpecular : 0u), changed ? motionOf(sight.place, sight.before) : vec2(0.0));
 }
 
 void main() {
