@@ -234,6 +234,7 @@ std::vector<std::pair<std::string, std::string>> View::Impl::shaderDefines() con
     };
     defines.emplace_back("TL_LIGHT_KINDS", std::to_string(gpuScene.lightKinds()));
     defines.emplace_back("TL_LIGHT_TEXTURES", flag(gpuScene.texturedLights()));
+    if (device.isCpu()) defines.emplace_back("TL_CPU", "1");
     if (engine.tracer() == gpu::Tracer::Query) defines.emplace_back("TL_TRACER_QUERY", "1");
     return defines;
 }

@@ -7,6 +7,14 @@
 #include "lib/rng.glsl"
 #include "scene/bindings.glsl"
 
+// Groups of passes over pixels. Squares keep rays together, and so do the eight lanes of a CPU, which are of one row either
+// way: there eight rows of every plane lie on more pages than the TLB holds.
+#ifdef TL_CPU
+#define TL_PIXEL_GROUP local_size_x = 32, local_size_y = 1
+#else
+#define TL_PIXEL_GROUP local_size_x = 8, local_size_y = 8
+#endif
+
 bool insideView(uvec2 pixel) { return pixel.x < TL_FRAME.width && pixel.y < TL_FRAME.height; }
 uint pixelIndex(uvec2 pixel) { return pixel.y * TL_FRAME.width + pixel.x; }
 

@@ -9,7 +9,7 @@ layout(push_constant, scalar) uniform Push { BptPush push; };
 
 #include "passes/bpt/common.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(TL_PIXEL_GROUP) in;
 
 struct Signals {
     vec3 direct;

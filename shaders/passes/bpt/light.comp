@@ -12,7 +12,7 @@ layout(push_constant, scalar) uniform Push { BptPush push; };
 #include "scene/reservoir.glsl"
 #endif
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(TL_PIXEL_GROUP) in;
 
 // A particle on its way.
 struct Particle {

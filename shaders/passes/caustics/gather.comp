@@ -5,7 +5,7 @@
 #include "passes/caustics/grid.glsl"
 #include "passes/caustics/history.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(TL_PIXEL_GROUP) in;
 
 const float kSameFacing = 0.8; // least cosine between normals of point and photon: 37 degrees
 const float kFlatness = 0.25;  // height of the kernel over its radius

@@ -14,7 +14,7 @@ layout(push_constant, scalar) uniform Push { ProbeGatherPush push; };
 #include "scene/rough.glsl"
 #include "scene/visible_point.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(TL_PIXEL_GROUP) in;
 
 // Pixels to look up, each subgroup's together: thread + group size * turn.
 shared uint waiting[kLookupTurns * gl_WorkGroupSize.x * gl_WorkGroupSize.y];

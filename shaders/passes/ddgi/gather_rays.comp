@@ -11,7 +11,7 @@ layout(push_constant, scalar) uniform Push { ProbeGatherPush push; };
 #include "scene/rough.glsl"
 #include "scene/visible_point.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(TL_PIXEL_GROUP) in;
 
 // One ray of the lobes that are not deltas; at the first rough surface scattered light by a light sample and the probes.
 vec3 gatherByRay(Shading shading, float footprint, inout Sampler rng) {

@@ -5,7 +5,7 @@
 
 #include "passes/denoise/common.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(TL_PIXEL_GROUP) in;
 
 const int kChain = int(kDenoiseChain);
 

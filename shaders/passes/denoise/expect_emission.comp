@@ -9,7 +9,7 @@ layout(push_constant, scalar) uniform Push { DenoiseEmissionPush push; };
 #include "passes/denoise/common.glsl"
 #include "scene/previous.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(TL_PIXEL_GROUP) in;
 
 const float kSigma = 3.0;        // of nine samples that are bright or dark, five must contradict history
 const float kMovingFrames = 8.0; // longest history that was resampled

@@ -10,7 +10,7 @@ layout(push_constant, scalar) uniform Push { DenoiseSurfacesPush push; };
 #include "scene/camera.glsl"
 #include "scene/visible_point.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(TL_PIXEL_GROUP) in;
 
 const float kSameNormal = 0.9;
 const float kSamePlane = 2.0; // footprints

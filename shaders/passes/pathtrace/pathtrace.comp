@@ -12,7 +12,7 @@ layout(push_constant, scalar) uniform Push { PathtracePush push; };
 #include "scene/shading.glsl"
 #include "scene/visible_point.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(TL_PIXEL_GROUP) in;
 
 // Radiance by path class; the path so far decides where light found at its end belongs.
 struct Signals {

@@ -9,7 +9,7 @@ layout(push_constant, scalar) uniform Push { PostPush push; };
 
 #include "scene/pass.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(TL_PIXEL_GROUP) in;
 
 void main() {
     const uvec2 pixel = gl_GlobalInvocationID.xy;

@@ -10,7 +10,7 @@ layout(push_constant, scalar) uniform Push { RaytracePush push; };
 #include "scene/shading.glsl"
 #include "scene/visible_point.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(TL_PIXEL_GROUP) in;
 
 void main() {
     const uvec2 pixel = gl_GlobalInvocationID.xy;

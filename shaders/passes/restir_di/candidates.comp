@@ -11,7 +11,7 @@ layout(push_constant, scalar) uniform Push { RestirPush push; };
 #include "scene/pass.glsl"
 #include "scene/reservoir.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(TL_PIXEL_GROUP) in;
 
 // The candidate kept so far. Each enters with w = pHat / sum over techniques t of M_t p_t, by solid angle: its
 // balance-heuristic weight p_s / sum M_t p_t, times pHat / p_s. Here pHat is what choiceTarget makes of luminance(f L).

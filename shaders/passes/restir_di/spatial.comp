@@ -10,7 +10,7 @@ layout(push_constant, scalar) uniform Push { RestirPush push; };
 #include "scene/pass.glsl"
 #include "scene/reservoir.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(TL_PIXEL_GROUP) in;
 
 const uint kMaxNeighbors = 8u;
 

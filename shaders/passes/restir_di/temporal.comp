@@ -11,7 +11,7 @@ layout(push_constant, scalar) uniform Push { RestirPush push; };
 #include "scene/previous.glsl"
 #include "scene/reservoir.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(TL_PIXEL_GROUP) in;
 
 // What the candidate's target was at last frame's visible point.
 float targetBefore(Reservoir candidate, uint pixel) {

@@ -11,7 +11,7 @@ layout(push_constant, scalar) uniform Push { VisibilityPush push; };
 #include "scene/pass.glsl"
 #include "scene/shading.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(TL_PIXEL_GROUP) in;
 
 struct Guides {
     vec3 albedo;
