@@ -80,7 +80,8 @@ void DenoiseNode::execute(graph::FrameContext& context) {
     if (signals_.empty()) return;
     const uint32_t flags = reproject(context);
     const bool begins = !context.resources.historyValid(surfaces_.previous);
-    const bool changed = !context.repeats && context.facts.sceneChanged;
+    const uint64_t lighting = context.facts.lightingRevision;
+    const bool changed = lighting != std::exchange(lighting_, lighting);
     framesSinceChange_ = begins ? kNever : changed ? 0 : framesSinceChange_ + 1;
     const std::span<const Signal> signals(signals_);
     for (size_t first = 0; first < signals.size(); first += shared::kDenoiseBatch) {

@@ -36,7 +36,8 @@ private:
     std::vector<Signal> signals_;
     graph::Plane emission_, emitters_; ///< null where nothing emits
     graph::History<graph::Plane> emissionHistory_;
-    int64_t framesSinceChange_ = kNever; ///< of the scene
+    uint64_t lighting_ = 0;              ///< SceneFacts::lightingRevision of the last frame
+    int64_t framesSinceChange_ = kNever; ///< of light
     int64_t framesAtRest_ = kNever;      ///< of scene and camera
 };
 

@@ -209,6 +209,22 @@ def test_paths_that_find_nothing(command, tmp_path):
     assert denoised[:, behind].mean() == pytest.approx(truth[:, behind].mean(), rel=0.05)
 
 
+def test_what_does_not_light_the_scene(command, tmp_path):
+    """Another camera that moves is no reason to doubt histories."""
+    frames = []
+    for place in ("xformOp:translate = (0, 0, 9)", "xformOp:translate.timeSamples = { 1: (0, 0, 9), 12: (0, 0, 5) }"):
+        other = f'''
+    def Camera "Other"
+    {{
+        double3 {place}
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }}
+'''
+        stage = harness.write_stage(tmp_path / "stage.usda", harness.CAMERA, other, harness.LAMP, harness.matte(0.6), WALL)
+        frames.append(play(tmp_path, stage, 12, "--camera", "Camera"))
+    assert np.allclose(*frames, rtol=1e-4, atol=1e-5)
+
+
 @pytest.mark.parametrize("options, state", [
     (("-t", "raytrace"), "run"), (("-t", "raytrace", "--spp", 2), "skipped"), (("-t", "raytrace", "--time", 0.01), "skipped"),
     (("-t", "raytrace", "--denoise", "off"), "skipped"), (("-t", "pathtrace"), "skipped"),
