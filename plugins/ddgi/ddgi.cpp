@@ -136,8 +136,10 @@ void DdgiNode::declare(graph::Builder& builder) {
     indirect_ = builder.createPlane("ddgi.indirect", sizeof(glm::vec3));
     lookups_ = {};
     if (builder.params().getChoice("ddgi.gather") == "probe")
-        lookups_ = builder.persistentBuffer("ddgi.lookups",
-                                            size_t{builder.width()} * builder.height() * sizeof(shared::ProbeLookup));
+        for (size_t side = 0; side < lookups_.size(); ++side)
+            lookups_[side] =
+                builder.persistentBuffer("ddgi.lookups" + std::to_string(side),
+                                         size_t{builder.width()} * builder.height() * sizeof(shared::ProbeLookup));
 }
 
 void DdgiNode::execute(graph::FrameContext& context) {
@@ -151,7 +153,7 @@ void DdgiNode::execute(graph::FrameContext& context) {
     relitFrames_ = relit ? kRelitFrames : relitFrames_ - std::min(relitFrames_, 1u);
     scrolledFrames_ -= std::min(scrolledFrames_, 1u);
     if (restarts)
-        followFrames_ = scrolledFrames_ = relitFrames_ = restFrames_ = standingFrames_ = 0;
+        followFrames_ = scrolledFrames_ = relitFrames_ = restFrames_ = lookupFrames_ = 0;
     else if (changed)
         followFrames_ = std::max(kFollowFrames * probes() / kFirstProbes, kFollowFrames);
     else if (followFrames_ > 0)
@@ -317,12 +319,17 @@ void DdgiNode::gather(graph::FrameContext& context) {
     push.volumes = resources.address(volumes_);
     push.causticCache = resources.address(causticCache_);
     push.indirect = resources.address(indirect_);
-    push.lookups = resources.address(lookups_);
     push.turn = shared::kNone;
-    if (lookups_) {
-        const bool still = context.repeats || !(facts.sceneChanged || facts.cameraMoved);
-        const bool standing = still && settled(context) && resources.historyValid(lookups_);
-        if (standing) push.turn = standingFrames_++ % shared::kLookupTurns;
+    const bool probes = static_cast<bool>(lookups_[0]);
+    if (probes) {
+        const bool moved = !context.repeats && facts.cameraMoved;
+        // Of a texture, another place of the triangle tells nothing.
+        const bool known = settled(context) && resources.historyValid(lookups_[0]) && !(moved && facts.textured);
+        if (known) push.turn = lookupFrames_++ % shared::kLookupTurns;
+        push.moved = known && moved ? 1 : 0;
+        push.before = resources.address(lookups_[lookupSide_]);
+        lookupSide_ ^= push.moved;
+        push.lookups = resources.address(lookups_[lookupSide_]);
         const uint32_t columns = (context.width + shared::kLookupColumns - 1) / shared::kLookupColumns;
         const uint32_t rows = (context.height + shared::kLookupRows - 1) / shared::kLookupRows;
         commands.dispatch(context.pipeline({"passes/ddgi/gather.comp", {volumesDefine()}, {}}), push, columns, rows);
@@ -331,7 +338,7 @@ void DdgiNode::gather(graph::FrameContext& context) {
     }
     commands.dispatch(
         context.pipeline(
-            {"passes/ddgi/gather_rays.comp", {{"TL_FINAL", lookups_ ? "0" : "1"}, volumesDefine(), cacheDefine()}, {}}),
+            {"passes/ddgi/gather_rays.comp", {{"TL_FINAL", probes ? "0" : "1"}, volumesDefine(), cacheDefine()}, {}}),
         push, context.width, context.height);
 }
 

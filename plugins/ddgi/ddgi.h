@@ -57,7 +57,9 @@ private:
     std::pair<std::string, std::string> cacheDefine() const;
 
     graph::Plane points_, indirect_;
-    graph::Buffer volumes_, probes_, irradiance_, distances_, turns_, rays_, lookups_, causticCache_;
+    graph::Buffer volumes_, probes_, irradiance_, distances_, turns_, rays_, causticCache_;
+    std::array<graph::Buffer, 2>
+        lookups_; ///< what pixels were told, now and before the camera moved last; null: nothing is kept
     std::array<ProbeGrid, shared::kProbeVolumes> grids_; ///< that the probes in memory stand on
     uint32_t count_ = 0;                                 ///< of volumes
     uint32_t limit_ = 0;                                 ///< probes of a volume that there is memory for
@@ -65,7 +67,8 @@ private:
     uint32_t raysPerProbe_ = 0;
     uint32_t relitFrames_ = 0;
     uint32_t restFrames_ = 0;     ///< in which probes rested or refined what they knew
-    uint32_t standingFrames_ = 0; ///< in which pixels kept what they were told
+    uint32_t lookupFrames_ = 0;   ///< in which pixels kept what they were told
+    uint32_t lookupSide_ = 0;     ///< of lookups_: the latest
     uint32_t followFrames_ = 0;   ///< for which they still follow a change
     uint32_t scrolledFrames_ = 0; ///< for which they learn about places that a volume has come to
 };

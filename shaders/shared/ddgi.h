@@ -149,8 +149,10 @@ struct ProbeGatherPush {
     TL_REF(ProbeVolume) volumes;
     TL_REF(CausticPatch) causticCache; // with TL_CAUSTIC_CACHE
     TL_REF(vec3) indirect;
-    TL_REF(ProbeLookup) lookups; // gather.comp's
-    uint turn; // gather.comp's, of kLookupTurns: pixels that do not keep what they were told; kNone: all
+    TL_REF(ProbeLookup) before;  // gather.comp's: what pixels were told so far
+    TL_REF(ProbeLookup) lookups; // gather.comp's: and are told now; the same memory unless `moved`
+    uint turn;  // gather.comp's, of kLookupTurns: pixels that do not keep what they were told; kNone: all
+    uint moved; // gather.comp's: the camera, where pixels keep anything
 };
 
 TL_END

@@ -106,7 +106,7 @@ const std::map<std::string, StructLayout> kHostLayouts = {
     TL_LAYOUT(ProbeUpdatePush, frame, volume, volumes, turns, rays, causticCache, rayCount, flags, tolerance, shift,
               firstProbe),
     TL_LAYOUT(ProbeLookup, radiance, instance, primitive),
-    TL_LAYOUT(ProbeGatherPush, frame, points, volumes, causticCache, indirect, lookups, turn),
+    TL_LAYOUT(ProbeGatherPush, frame, points, volumes, causticCache, indirect, before, lookups, turn, moved),
     TL_LAYOUT(Reservoir, light, uv, weight, target, confidence, normal, depth),
     TL_LAYOUT(TemporalNeighbor, pixel, target),
     TL_LAYOUT(LightTile, lights, means, total, frames),

@@ -286,6 +286,20 @@ def test_what_pixels_keep_while_all_stands_goes_when_the_camera_moves(tmp_path):
     assert metrics.relmse(after, alone) < 0.002
 
 
+def test_what_pixels_keep_follows_the_camera(tmp_path):
+    """After a walk of 24 frames the picture is that of a camera that stood at its end."""
+    def last(name, place):
+        stage = harness.write_stage(tmp_path / name, camera().replace("xformOp:translate = (0.3, 0.2, 1.5)", f"xformOp:translate{place}"),
+                                    room(), harness.matte(0.6), lamp("Lamp", "(-1, 1.2, -1)", " = 20"))
+        return play(tmp_path, stage, "1:24", "--set", "ddgi.probes=600")[0]
+
+    walk = last("walk.usda", ".timeSamples = { 1: (0.3, 0.2, 1.5), 24: (-1.5, -1.2, 0.2) }")
+    stood = last("stood.usda", " = (-1.5, -1.2, 0.2)")
+    assert metrics.relmse(walk[0], stood[0]) > 0.03
+    assert metrics.relmse(walk[-1], stood[-1]) < 0.002
+    assert walk[-1].mean() == pytest.approx(stood[-1].mean(), rel=0.005)
+
+
 def test_light_that_is_switched_off_is_gone_in_a_few_frames(tmp_path):
     """A thousandth is left of the light; after 16 frames of one update each, a fiftieth at most of what was."""
     off = ".timeSamples = { 1: 50, 20: 50, 21: 0 }"
