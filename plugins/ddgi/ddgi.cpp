@@ -172,7 +172,7 @@ void DdgiNode::execute(graph::FrameContext& context) {
             updateProbes(context, restFrames_ / period % count_, 0);
         }
     }
-    gather(context);
+    gather(context, changed || restarts);
 }
 
 uint32_t DdgiNode::probes() const {
@@ -309,7 +309,7 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t volume, uint3
     run("blend", graph::spread(expected * shared::kSpreadGroupSize));
 }
 
-void DdgiNode::gather(graph::FrameContext& context) {
+void DdgiNode::gather(graph::FrameContext& context, bool anew) {
     const auto& resources = context.resources;
     const graph::SceneFacts& facts = context.facts;
     gpu::Commands& commands = context.commands;
@@ -324,7 +324,8 @@ void DdgiNode::gather(graph::FrameContext& context) {
     if (probes) {
         const bool moved = !context.repeats && facts.cameraMoved;
         // Of a texture, another place of the triangle tells nothing.
-        const bool known = settled(context) && resources.historyValid(lookups_[0]) && !(moved && facts.textured);
+        const bool known =
+            !anew && settled(context) && resources.historyValid(lookups_[0]) && !(moved && facts.textured);
         if (known) push.turn = lookupFrames_++ % shared::kLookupTurns;
         push.moved = known && moved ? 1 : 0;
         push.before = resources.address(lookups_[lookupSide_]);

@@ -52,14 +52,14 @@ private:
     void updateVolumes(graph::FrameContext& context, uint32_t flags);
     /// Raises the light of all probes to what all bounces would make of it, as the last round was tallied.
     void growVolumes(graph::FrameContext& context);
-    void gather(graph::FrameContext& context);
+    /// `anew`: what pixels were told is of other light or other probes.
+    void gather(graph::FrameContext& context, bool anew);
     std::pair<std::string, std::string> volumesDefine() const;
     std::pair<std::string, std::string> cacheDefine() const;
 
     graph::Plane points_, indirect_;
     graph::Buffer volumes_, probes_, irradiance_, distances_, turns_, rays_, causticCache_;
-    std::array<graph::Buffer, 2>
-        lookups_; ///< what pixels were told, now and before the camera moved last; null: nothing is kept
+    std::array<graph::Buffer, 2> lookups_;               ///< what pixels were told; null with ddgi.gather=final
     std::array<ProbeGrid, shared::kProbeVolumes> grids_; ///< that the probes in memory stand on
     uint32_t count_ = 0;                                 ///< of volumes
     uint32_t limit_ = 0;                                 ///< probes of a volume that there is memory for
@@ -68,7 +68,7 @@ private:
     uint32_t relitFrames_ = 0;
     uint32_t restFrames_ = 0;     ///< in which probes rested or refined what they knew
     uint32_t lookupFrames_ = 0;   ///< in which pixels kept what they were told
-    uint32_t lookupSide_ = 0;     ///< of lookups_: the latest
+    uint32_t lookupSide_ = 0;     ///< the latest of lookups_; the other: before the camera moved
     uint32_t followFrames_ = 0;   ///< for which they still follow a change
     uint32_t scrolledFrames_ = 0; ///< for which they learn about places that a volume has come to
 };

@@ -325,6 +325,21 @@ def test_a_ball_that_leaves_the_room_takes_no_probes_along(tmp_path):
     assert pictures[-1].mean() == pytest.approx(pictures[0].mean(), rel=0.1)
 
 
+def test_what_pixels_keep_goes_when_the_grid_begins_anew(tmp_path):
+    """The lamp goes out as a ball leaves the room: nothing is left of its light, in probes or in pixels."""
+    ball = '''def Sphere "Ball" {
+        double radius = 0.1
+        double3 xformOp:translate.timeSamples = { 1: (0, 1, 0), 8: (0, 1, 0), 9: (0, 60, 0) }
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+'''
+    stage = harness.write_stage(tmp_path / "stage.usda", camera(), room(), ball, harness.matte(0.6),
+                                lamp("Lamp", ABOVE[0], ".timeSamples = { 1: 20, 8: 20, 9: 0 }"),
+                                lamp("Other", ABOVE[1], " = 0.01"))
+    pictures = play(tmp_path, stage, "1:9", "--set", "ddgi.probes=600", "--warmup", 60)[0]
+    assert pictures[8].max() < 0.01 * pictures[7].min()
+
+
 def test_probes_follow_a_moving_wall(tmp_path):
     """A wall slides between lamp and camera; 20 frames later nine tenths at least of the difference are gone."""
     wall = harness.mesh("[(-1.9, -1.9, 0), (1.9, -1.9, 0), (1.9, 1.9, 0), (-1.9, 1.9, 0)]", name="Wall", extra="""
