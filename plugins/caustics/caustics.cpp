@@ -55,6 +55,7 @@ void CausticsNode::declare(graph::Builder& builder) {
     state_ = builder.historyBuffer("caustics.state", sizeof(shared::CausticState));
     cache_ = builder.persistentBuffer("caustics.cache", shared::kCausticPatches * sizeof(shared::CausticPatch));
     cacheSums_ = builder.persistentBuffer("caustics.cacheSums", shared::kCausticPatches * kFixedBytes);
+    cacheCounts_ = builder.persistentBuffer("caustics.cacheCounts", shared::kCausticPatches * sizeof(uint32_t));
 }
 
 void CausticsNode::execute(graph::FrameContext& context) {
@@ -84,6 +85,7 @@ void CausticsNode::execute(graph::FrameContext& context) {
     push.heads = resources.address(heads_);
     push.cache = resources.address(cache_);
     push.cacheSums = resources.address(cacheSums_);
+    push.cacheCounts = resources.address(cacheCounts_);
     push.previousGuide = resources.address(guide_.previous);
     push.previousState = resources.address(state_.previous);
     if (known) push.flags |= shared::kCausticsHistory;

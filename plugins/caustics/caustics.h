@@ -15,7 +15,7 @@ public:
 private:
     graph::Plane points_, previousPoints_, caustic_;
     graph::History<graph::Plane> mean_;
-    graph::Buffer photons_, heads_, splats_, cache_, cacheSums_;
+    graph::Buffer photons_, heads_, splats_, cache_, cacheSums_, cacheCounts_;
     graph::History<graph::Buffer> guide_, state_;
     uint32_t photonLimit_ = 0, cells_ = 0;
     double cachedFrames_ = 0;   ///< in the cache's mean

@@ -109,6 +109,8 @@ glm::ivec3 followPlace(ProbeGrid& grid, glm::vec3 place) {
     return shift;
 }
 
+uint32_t DdgiNode::photonRays(uint32_t rays) const { return causticCache_ ? std::max(rays / 8, 1u) : 0; }
+
 graph::Need DdgiNode::needed(const graph::SceneFacts& facts, const ParamSet& /*params*/) const {
     if (facts.lights == 0) return graph::Need::no("no lights");
     if (!facts.diffuseAlbedo) return graph::Need::no("nothing reflects diffusely");
@@ -125,14 +127,19 @@ void DdgiNode::declare(graph::Builder& builder) {
     points_ = builder.findPlane("visibility.points");
     builder.read(points_);
     causticCache_ = builder.findBuffer("caustics.cache");
-    if (causticCache_) builder.read(causticCache_);
+    if (causticCache_) {
+        builder.read(causticCache_);
+        builder.read(photons_ = builder.findBuffer("caustics.photons"));
+        builder.read(causticState_ = builder.findBuffer("caustics.state"));
+    }
     volumes_ = builder.persistentBuffer("ddgi.volumes", count_ * sizeof(shared::ProbeVolume));
     probes_ = builder.persistentBuffer("ddgi.probes", probes * sizeof(shared::Probe));
     irradiance_ =
         builder.persistentBuffer("ddgi.irradiance", probes * shared::kProbeIrradianceNodes * sizeof(glm::vec3));
     distances_ = builder.persistentBuffer("ddgi.distances", probes * shared::kProbeDistanceNodes * sizeof(uint32_t));
     turns_ = builder.createBuffer("ddgi.turns", limit_ * sizeof(shared::ProbeTurn));
-    rays_ = builder.createBuffer("ddgi.rays", size_t{limit_} * raysPerProbe_ * sizeof(shared::ProbeRay));
+    rays_ = builder.createBuffer("ddgi.rays", size_t{limit_} * (raysPerProbe_ + photonRays(raysPerProbe_)) *
+                                                  sizeof(shared::ProbeRay));
     indirect_ = builder.createPlane("ddgi.indirect", sizeof(glm::vec3));
     lookups_ = {};
     if (builder.params().getChoice("ddgi.gather") == "probe")
@@ -282,6 +289,10 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t volume, uint3
     update.turns = resources.address(turns_);
     update.rays = resources.address(rays_);
     update.causticCache = resources.address(causticCache_);
+    if (causticCache_) {
+        update.photons = resources.address(photons_);
+        update.causticState = resources.address(causticState_);
+    }
     update.rayCount = begins ? raysPerProbe_ : begin.rays;
     update.flags = flags;
     update.shift = shift;
@@ -303,10 +314,10 @@ void DdgiNode::updateProbes(graph::FrameContext& context, uint32_t volume, uint3
     };
     if (wakes) run("wake", all, {volumesDefine()});
     run("select", all);
-    run("trace", graph::spread(expected * begin.rays), {volumesDefine(), cacheDefine()});
-    run("judge", graph::spread(expected));
+    run("trace", graph::spread(expected * (begin.rays + photonRays(begin.rays))), {volumesDefine(), cacheDefine()});
+    run("judge", graph::spread(expected), {cacheDefine()});
     if ((flags & shared::kProbeUpdateTally) != 0) run("tally", 1);
-    run("blend", graph::spread(expected * shared::kSpreadGroupSize));
+    run("blend", graph::spread(expected * shared::kSpreadGroupSize), {cacheDefine()});
 }
 
 void DdgiNode::gather(graph::FrameContext& context, bool anew) {

@@ -41,7 +41,8 @@ public:
     void execute(graph::FrameContext& context) override;
 
 private:
-    uint32_t probes() const; ///< of all volumes
+    uint32_t probes() const;                  ///< of all volumes
+    uint32_t photonRays(uint32_t rays) const; ///< that a probe sends besides `rays` others
     bool settled(const graph::FrameContext& context) const;
     void restart(graph::FrameContext& context);
     /// Moves the finer volumes along with the camera; what they come to begins anew.
@@ -58,7 +59,7 @@ private:
     std::pair<std::string, std::string> cacheDefine() const;
 
     graph::Plane points_, indirect_;
-    graph::Buffer volumes_, probes_, irradiance_, distances_, turns_, rays_, causticCache_;
+    graph::Buffer volumes_, probes_, irradiance_, distances_, turns_, rays_, causticCache_, photons_, causticState_;
     std::array<graph::Buffer, 2> lookups_;               ///< what pixels were told; null with ddgi.gather=final
     std::array<ProbeGrid, shared::kProbeVolumes> grids_; ///< that the probes in memory stand on
     uint32_t count_ = 0;                                 ///< of volumes

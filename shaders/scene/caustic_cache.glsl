@@ -12,12 +12,16 @@
 #ifndef TL_SCENE_CAUSTIC_CACHE_GLSL
 #define TL_SCENE_CAUSTIC_CACHE_GLSL
 
+#include "lib/math.glsl"
 #include "lib/rng.glsl"
 #include "scene/bindings.glsl"
 #include "shared/caustics.h"
 
 const float kCausticPatchSize = 1.0 / 32.0; // h over the radius of the scene's bounds
 const float kCausticPatchLayer = 2.0;       // over h
+
+// Of a patch across its axis, m^2.
+float causticPatchArea() { return sqr(TL_SCENE.boundsRadius * kCausticPatchSize); }
 
 struct CausticPlace {
     uint instance;
@@ -61,18 +65,26 @@ uint insertCausticPatch(CausticPatchRef cache, uvec2 hash) {
     return kNone;
 }
 
-// W/m^2 through chains of mirrors and glass onto the side of the surface that `normal` (unit, geometric) points to.
-vec3 cachedCausticIrradiance(CausticPatchRef cache, uint instance, vec3 position, vec3 normal) {
+struct CachedCaustic {
+    vec3 irradiance; // W/m^2 through chains of mirrors and glass
+    float density;   // of photons that land, of each that is emitted, 1/m^2
+};
+
+// On the side of the surface that `normal` (unit, geometric) points to.
+CachedCaustic cachedCaustic(CausticPatchRef cache, uint instance, vec3 position, vec3 normal) {
     CausticPlace place = causticPlace(instance, position, normal);
     const int layer = place.cell.z;
-    vec3 sum = vec3(0.0);
+    CachedCaustic sum = CachedCaustic(vec3(0.0), 0.0);
     for (int offset = -1; offset <= 1; ++offset) {
         place.cell.z = layer + offset;
         const uvec2 hash = causticPatchHash(place);
         uint slot = hash.x;
         for (uint i = 0u; i < kCausticPatchProbes; ++i) {
             const uint key = cache.v[slot].key;
-            if (key == hash.y) sum += cache.v[slot].irradiance;
+            if (key == hash.y) {
+                sum.irradiance += cache.v[slot].irradiance;
+                sum.density += cache.v[slot].density;
+            }
             if (key == hash.y || key == 0u) break;
             slot = nextCausticPatch(slot);
         }

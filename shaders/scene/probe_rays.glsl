@@ -5,6 +5,16 @@
 #include "lib/probe.glsl"
 #include "scene/pass.glsl"
 
+// Rays of a probe towards photons, after its `rays` others, which tell of no surfaces.
+uint photonRays(uint rays) {
+#if TL_CAUSTIC_CACHE
+    return max(rays / 8u, 1u);
+#else
+    return 0u;
+#endif
+}
+uint probeRayStride(uint rays) { return rays + photonRays(rays); }
+
 // Ray 0xffff stands for the probe itself.
 Sampler probeSampler(uint index, uint ray, uint updates) {
     const uint kind = (TL_FRAME.flags & kFrameSobol) != 0u ? kSamplerSobol : kSamplerIndependent;

@@ -88,18 +88,18 @@ vec3 scatteredProbeLight(ProbeVolumeRef volumes, Shading shading, vec3 albedo) {
            probeIrradiance(volumes, s.position, sideTowards(s, shading.wo), shading.frame[2], shading.wo, back);
 }
 
-// The same of the light that comes through mirrors and glass, as photons have left it.
-vec3 scatteredCaustic(CausticPatchRef cache, RoughHit hit, vec3 albedo) {
+// What photons have left of the light that comes through mirrors and glass.
+CachedCaustic causticAt(CausticPatchRef cache, RoughHit hit) {
     const Surface s = hit.shading.surface;
-    return albedo * kInvPi *
-           cachedCausticIrradiance(cache, hit.instance, s.position, sideTowards(s, hit.shading.wo));
+    return cachedCaustic(cache, hit.instance, s.position, sideTowards(s, hit.shading.wo));
 }
 
 // What the surface scatters back along the ray.
 struct ScatteredLight {
-    vec3 direct;  // by one light sample
-    vec3 caustic; // TL_CAUSTIC_CACHE: whether there is a cache
-    vec3 probes;  // that probes know
+    vec3 direct;         // by one light sample
+    vec3 caustic;        // TL_CAUSTIC_CACHE: whether there is a cache
+    float photonDensity; // CachedCaustic::density
+    vec3 probes;         // that probes know
 };
 
 ScatteredLight scatteredLight(ProbeVolumeRef volumes, CausticPatchRef cache, RoughHit hit, inout Sampler rng) {
@@ -107,9 +107,12 @@ ScatteredLight scatteredLight(ProbeVolumeRef volumes, CausticPatchRef cache, Rou
     light.direct = scatteredDirect(hit.shading, rng);
     const vec3 albedo = bsdfSmoothAlbedo(hit.shading.bsdf);
 #if TL_CAUSTIC_CACHE
-    light.caustic = scatteredCaustic(cache, hit, albedo);
+    const CachedCaustic caustic = causticAt(cache, hit);
+    light.caustic = albedo * kInvPi * caustic.irradiance;
+    light.photonDensity = caustic.density;
 #else
     light.caustic = vec3(0.0);
+    light.photonDensity = 0.0;
 #endif
     light.probes = scatteredProbeLight(volumes, hit.shading, albedo);
     return light;

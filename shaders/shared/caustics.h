@@ -30,7 +30,7 @@ struct CausticState {
 struct Photon {
     vec3 position;
     uint normal;    // octahedral, the surface's front side
-    vec3 flux;      // W
+    vec3 flux;      // W; 0: it did not land
     uint direction; // octahedral, towards where it came from
     uint next;      // photon in the same cell of the grid, or kNone
 };
@@ -39,6 +39,7 @@ struct Photon {
 struct CausticPatch {
     uint key; // 0: empty
     vec3 irradiance;
+    float density; // of photons that land here, of each that is emitted, 1/m^2
 };
 TL_CONST uint kCausticPatches = 1u << 16;
 TL_CONST uint kCausticPatchProbes = 32;
@@ -63,17 +64,18 @@ struct CausticsPush {
     TL_REF(Photon) photons;
     TL_REF(uint) heads; // of the grid's cells: the first photon, or kNone
     TL_REF(CausticPatch) cache;
-    TL_REF(uint) cacheSums; // of this frame, kFixedWords for each patch
-    float uniformShare;     // of photons, emitted as the light emits
-    float gatherRadius;     // pixels
-    float share;            // of the photons wanted, and of a frame in means
-    float historyFrames;    // in a pixel's mean at most
-    float cacheShare;       // of this frame in the cache's mean
-    uint photonLimit;       // of this frame
-    uint headMask;          // number of cells - 1, a power of 2 less 1
-    uint knownGroups;       // of lights, of which previousGuide tells
-    uint knownCasters;      // likewise
-    uint flags;             // kCaustics*
+    TL_REF(uint) cacheSums;   // of this frame, kFixedWords for each patch
+    TL_REF(uint) cacheCounts; // of this frame's photons, for each patch
+    float uniformShare;       // of photons, emitted as the light emits
+    float gatherRadius;       // pixels
+    float share;              // of the photons wanted, and of a frame in means
+    float historyFrames;      // in a pixel's mean at most
+    float cacheShare;         // of this frame in the cache's mean
+    uint photonLimit;         // of this frame
+    uint headMask;            // number of cells - 1, a power of 2 less 1
+    uint knownGroups;         // of lights, of which previousGuide tells
+    uint knownCasters;        // likewise
+    uint flags;               // kCaustics*
 };
 TL_CONST uint kCausticsHistory = 1;   // else buffers hold anything
 TL_CONST uint kCausticsUnchanged = 2; // lights, things and materials, since last frame

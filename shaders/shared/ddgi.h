@@ -108,9 +108,11 @@ struct ProbeUpdatePush {
     TL_REF(ProbeVolume) volumes; // all
     TL_REF(ProbeTurn) turns;     // of this round, in no order
     TL_REF(ProbeRay) rays;
-    TL_REF(CausticPatch) causticCache; // with TL_CAUSTIC_CACHE
-    uint rayCount;                     // of a probe in a round that need not spare them
-    uint flags;                        // kProbeUpdate*
+    TL_REF(CausticPatch) causticCache; // with TL_CAUSTIC_CACHE, as the next two
+    TL_REF(Photon) photons;
+    TL_REF(CausticState) causticState;
+    uint rayCount; // of a probe in a round that need not spare them
+    uint flags;    // kProbeUpdate*
     float tolerance;
     ivec3 shift;     // of the grid in this frame, in probes; with kProbeUpdateScrolled
     uint firstProbe; // of the volume, among those of all

@@ -74,7 +74,7 @@ void main() {
     if (i >= push.count) return;
     vec3 position, normal;
     surfacePoint(2.0 * random(i, 2u) - 1.0, position, normal);
-    push.irradiance.v[i] = cachedCausticIrradiance(push.cache, 5u, position, normal);
+    push.irradiance.v[i] = cachedCaustic(push.cache, 5u, position, normal).irradiance;
 }
 )";
 

@@ -12,8 +12,10 @@ void main() {
     if (index < kCausticPatches && (push.flags & kCausticsUnchanged) == 0u) {
         push.cache.v[index].key = 0u;
         push.cache.v[index].irradiance = vec3(0.0);
+        push.cache.v[index].density = 0.0;
     }
     if ((push.flags & kCausticsHistory) != 0u) return;
+    if (index < kCausticPatches) push.cacheCounts.v[index] = 0u;
     for (uint i = 0u; i < kFixedWords; ++i) {
         if (index < kCausticPatches) push.cacheSums.v[kFixedWords * index + i] = 0u;
         if (index < TL_FRAME.width * TL_FRAME.height) push.splats.v[kFixedWords * index + i] = 0u;

@@ -101,6 +101,7 @@ void addToCache(Surface s, uint instance, vec3 towardsLight, vec3 flux) {
     const uint slot = insertCausticPatch(push.cache, causticPatchHash(place));
     if (slot == kNone) return;
     addTo(push.cacheSums, slot, flux * place.inverseArea);
+    atomicAdd(push.cacheCounts.v[slot], 1u);
 }
 
 void keepPhoton(uint photon, Surface s, vec3 towardsLight, vec3 flux) {
@@ -143,6 +144,7 @@ float tracePhoton(uint photon, Emission e, inout Sampler rng) {
 void main() {
     const uint photon = spreadGroup() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     if (photon >= push.state.v[0].emitted) return;
+    push.photons.v[photon].flux = vec3(0.0);
     // One sequence of points over the photons of a frame, and another for each frame: what was learned from earlier frames
     // is independent of this one's points.
     const uint kind = (TL_FRAME.flags & kFrameSobol) != 0u ? kSamplerSobol : kSamplerIndependent;

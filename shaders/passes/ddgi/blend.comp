@@ -32,6 +32,10 @@ void blendIrradiance(ProbeVolume volume, ProbeTurn turn, uint firstRay) {
                 sum += max(dot(normal, direction), 0.0) * vec4(radiance, 1.0);
             }
         }
+        for (uint ray = volume.rays; ray < probeRayStride(volume.rays); ++ray) {
+            const ProbeRay photon = push.rays.v[firstRay + ray];
+            sum.rgb += max(dot(normal, photon.direction), 0.0) * photon.radiance;
+        }
         if (i >= kProbeIrradianceNodes) continue;
         const uint node = turn.probe * kProbeIrradianceNodes + i;
         const vec3 fresh = sum.rgb * (kPi / sum.w);
@@ -73,7 +77,7 @@ void main() {
     ProbeVolume volume = push.volume.v[0];
     for (uint entry = spreadGroup(); entry < volume.selected; entry += gl_NumWorkGroups.x) {
         const ProbeTurn turn = push.turns.v[entry];
-        const uint firstRay = entry * volume.rays;
+        const uint firstRay = entry * probeRayStride(volume.rays);
         if (turn.irradianceWeight > 0.0) blendIrradiance(volume, turn, firstRay);
         if (turn.distanceWeight > 0.0) blendDistances(volume, turn, firstRay);
     }

@@ -65,6 +65,11 @@ Surroundings lookAround(uint firstRay, uint rays, vec3 offset) {
         s.luminance[0] += up * luminance(ray.radiance);
         s.luminance[1] += down * luminance(ray.radiance);
     }
+    for (uint i = rays; i < probeRayStride(rays); ++i) {
+        const ProbeRay ray = push.rays.v[firstRay + i];
+        s.luminance[0] += max(ray.direction, vec3(0.0)) * luminance(ray.radiance);
+        s.luminance[1] += max(-ray.direction, vec3(0.0)) * luminance(ray.radiance);
+    }
     for (uint side = 0u; side < 2u; ++side) s.luminance[side] *= kPi / weights[side];
     return s;
 }
@@ -189,11 +194,12 @@ void main() {
         ProbeTurn turn = ProbeTurn(push.turns.v[entry].probe, 0.0, 0.0);
         Probe probe = volume.probes.v[turn.probe];
         ++probe.updates;
+        const uint firstRay = entry * probeRayStride(volume.rays);
         bool stays = true;
         vec3 luminances[2] = {vec3(0.0), vec3(0.0)};
         if (!bounce) {
             if (probe.watch > 0u) --probe.watch;
-            const Surroundings s = lookAround(entry * volume.rays, volume.rays, probe.offset / volume.spacing);
+            const Surroundings s = lookAround(firstRay, volume.rays, probe.offset / volume.spacing);
             luminances = s.luminance;
             stays = judgePlace(volume, probe, part, s);
             if (stays) {
@@ -204,8 +210,8 @@ void main() {
         }
         if ((push.flags & kProbeUpdateTally) != 0u) {
             probe.last[0] = probe.last[1] = vec3(0.0);
-            for (uint i = 0u; i < volume.rays; ++i) {
-                const ProbeRay ray = push.rays.v[entry * volume.rays + i];
+            for (uint i = 0u; i < probeRayStride(volume.rays); ++i) {
+                const ProbeRay ray = push.rays.v[firstRay + i];
                 probe.last[0] += ray.radiance;
                 probe.last[1] += ray.radiance * unpackUnorm4x8(ray.flags).yzw;
             }
