@@ -2,7 +2,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "passes/caustics/push.glsl"
-
 #include "scene/caustic_cache.glsl"
 
 layout(local_size_x = 64) in;

@@ -76,7 +76,7 @@ void main() {
                 if (push.moved != 0u || push.turn == kNone) push.lookups.v[index].instance = kNone;
             }
         }
-    const uvec4 ballot = subgroupBallot(waits);
+        const uvec4 ballot = subgroupBallot(waits);
         if (waits) waiting[first + count + subgroupBallotExclusiveBitCount(ballot)] = thread + threads * k;
         count += subgroupBallotBitCount(ballot);
     }

@@ -1,5 +1,6 @@
 // Rays of the selected probes: the light that the surfaces they meet scatter back. Direct light by one light sample, light of
-// more bounces from the probes as the last round left them, caustics from their cache and from the frame's photons. What surfaces emit is not taken: probes hold scattered light.
+// more bounces from the probes as the last round left them, caustics from their cache and from the frame's photons. What
+// surfaces emit is not taken: probes hold scattered light.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
